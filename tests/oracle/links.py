@@ -122,13 +122,15 @@ class Link:
         self.latest_due = None  # L
         self.held = []  # when what takes a place comes
         self.lobby = True
+        self.ecn = False  # its profile marks what the loss model would drop
+        self.marks = []  # of what the last message brings: whether it is marked
         self.clear()
 
     def clear(self):
         """What the metrics tell counts from time 0."""
         self.stats = dict.fromkeys(
             ("sent", "lost", "lost_in_blackouts", "duplicated", "rescued", "corrupted", "overflowed", "queue_drops", "reordered_ahead",
-             "messages", "messages_lost", "split", "split_lost", "fragments", "fragments_lost", "loss_draws", "loss_hits", "bursts",
+             "messages", "messages_lost", "marked", "split", "split_lost", "fragments", "fragments_lost", "loss_draws", "loss_hits", "bursts",
              "burst_packets"), 0)
         self.delays = []
         self.queue_waits = []
@@ -146,30 +148,32 @@ class Link:
         self.stats["messages"] += 1
         mtu = row["mtu_bytes"]
         if not mtu or size <= mtu:
-            due = self.packet(row, lag_ms, now, size, m, [True])
+            due, self.marks = self.packet(row, lag_ms, now, size, m, [True])
             if not due:
                 self.stats["messages_lost"] += 1
             return due
         n = -(-size // mtu)
         self.stats["split"] += 1
         self.stats["fragments"] += n
-        firsts = []
+        firsts, marked = [], False
         room = [True]
         for f in range(n):
             part = mtu if f < n - 1 else size - mtu * (n - 1)
-            due = self.packet(row, lag_ms, now, part + FRAGMENT_HEADER, m + (f << 40), room)
+            due, marks = self.packet(row, lag_ms, now, part + FRAGMENT_HEADER, m + (f << 40), room)
             if due:
                 firsts.append(min(due))
+                marked |= any(marks)
             else:
                 self.stats["fragments_lost"] += 1
         if len(firsts) < n:
             self.stats["messages_lost"] += 1
             self.stats["split_lost"] += 1
             return []
+        self.marks = [marked]
         return [max(firsts)]
 
     def packet(self, row, lag_ms, now, size, counter, _room):
-        """One packet and perhaps its copy: the times at which they come."""
+        """One packet and perhaps its copy: the times at which they come, and whether they are marked."""
         k = self.packets
         self.packets += 1
         self.stats["sent"] += 1
@@ -178,16 +182,26 @@ class Link:
             two = self.duplicates.asks(k, row["duplicate_pct"], row["duplicate_corr_pct"], self.unit(DUPLICATE, counter), False)
         self.stats["duplicated"] += two
         lost, dark = self.loses(row, now, k, counter, False)
+        lost, mark = self.marked_or(lost, dark)
         if two and lost and not dark:
             self.stats["rescued"] += 1
             self.stats["lost"] += 1
             lost, two = False, False
         due = self.travels(row, lag_ms, now, size, k, counter, False, lost)
+        marks = [mark] * len(due)
         if two:
             other = MASK64 - counter
-            lost_too, _ = self.loses(row, now, k, other, True)
-            due += self.travels(row, lag_ms, now, size, k, other, True, lost_too)
-        return due
+            lost_too, mark = self.marked_or(*self.loses(row, now, k, other, True))
+            more = self.travels(row, lag_ms, now, size, k, other, True, lost_too)
+            due, marks = due + more, marks + [mark] * len(more)
+        return due, marks
+
+    def marked_or(self, lost, dark):
+        """(lost, marked): a loss may be a mark, but for a blackout's."""
+        if not self.ecn or dark or not lost:
+            return lost, False
+        self.stats["marked"] += 1
+        return False, True
 
     def loses(self, row, now, k, counter, copy):
         if row["loss_model"] == "random" and row["loss_pct"] <= 0 and row["blackout_length_ms"] <= 0:

@@ -59,7 +59,7 @@ def distributions(sim, i):
 
 
 LINK_COUNTS = ("sent", "lost", "rescued", "messages", "messages_lost", "split", "split_lost", "fragments", "fragments_lost", "duplicated",
-               "corrupted", "reordered_ahead", "queue_drops")
+               "corrupted", "reordered_ahead", "queue_drops", "marked")
 
 
 def numbers(sim, i):

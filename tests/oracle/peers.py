@@ -19,7 +19,7 @@ TAKEN = 16  # new inputs that the server takes of a packet
 KEPT = 56  # ticks behind the confirmed one of which a client takes inputs
 WORLDS = 64  # that a client keeps, and hashes that the server does
 HASHES, HASHES_EVERY = 64, 4
-WORLD_BYTES, PLAYER_BYTES = 24, 64
+WORLD_BYTES, PLAYER_BYTES, OWN_BYTES = 24, 64, 8
 STATES = ("connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected")
 PACE_EVERY, PACE_MOST, PACE_MANY = 10, 9, 16
 ROUNDING = 1e-12  # in m: two places are as far off, but that two programs round differently
@@ -175,8 +175,9 @@ class PeerClient(Client):
         self.worlds = {self.start: body["world"]}
         self.known = [self.start] * len(self.known)
         self.known[self.index] = self.base
+        earlier = self.axes[self.index]
         self.axes = [{} for _ in self.known]
-        self.axes[self.index] = dict.fromkeys(range(self.start + 1, self.base + 1), 0.0)
+        self.axes[self.index] = {tick: earlier[tick] if tick <= body["own"] else 0.0 for tick in range(self.start + 1, self.base + 1)}
         self.pace = [Pace() for _ in self.known]
         self.stepped_at = self.apart_until = 0
         self.begins_round()
@@ -499,8 +500,9 @@ class Referee(Server):
         seat, size = self.seats[index], PONG_BYTES
         answer = {"asked": body["asked"], "answered": now, "attempt": body.get("attempt"), "connected": seat.connected}
         if kind == "accept" and now >= 0:  # the game is under way
-            answer.update(step=self.step, first=seat.base, world=self.world)
-            size += WORLD_BYTES + PLAYER_BYTES * len(self.seats)
+            own = max((tick for tick in range(self.step + 1, seat.base + 1) if tick in seat.real), default=self.step)
+            answer.update(step=self.step, first=seat.base, own=own, world=self.world)
+            size += WORLD_BYTES + PLAYER_BYTES * len(self.seats) + (OWN_BYTES if own > self.step else 0)
         self.send(now, index, kind, answer, size)
 
     def look(self, now):

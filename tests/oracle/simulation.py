@@ -2,6 +2,7 @@
 
 import heapq
 import math
+from dataclasses import replace
 
 import demo
 import race
@@ -50,6 +51,10 @@ class Simulation:
         places = [int(1.3 * scenario["tick_hz"]) + 32, 156]
         self.ups = [Link(self.seed, i, 0, places[0]) for i in range(len(self.players))]
         self.downs = [Link(self.seed, i, 1, places[1]) for i in range(len(self.players))]
+        for links, way in ((self.ups, "up"), (self.downs, "down")):
+            for link, player in zip(links, self.players):
+                name = player["link"][way]["profile"]
+                link.ecn = name != "none" and scenario["profiles"][int(name[-1])].get("ecn", False)
         self.flying = [[[] for _ in self.players], [[] for _ in self.players]]
         self.sends = 0
         self.sent = {}
@@ -99,9 +104,10 @@ class Simulation:
 
     def put_on_link(self, way, index, now, kind, body, size):
         player, link, name = self.players[index], (self.ups, self.downs)[way][index], ("up", "down")[way]
-        for due in link.send(player["link"][name], player["lag_ms"], now, size):
+        dues = link.send(player["link"][name], player["lag_ms"], now, size)
+        for due, marked in zip(dues, link.marks):
             self.sends += 1
-            heapq.heappush(self.flying[way][index], (due, self.sends, kind, body))
+            heapq.heappush(self.flying[way][index], (due, self.sends, kind, replace(body, marked=True) if marked and self.ends else body))
 
     def comes(self, way, index, now):
         """What the link brings."""

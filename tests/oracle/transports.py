@@ -7,7 +7,7 @@ from draws import SECOND, trunc_div
 from metrics import Distribution
 
 MS = SECOND // 1000
-PACKET, IP, FRAGMENT = 1200, 28, 4
+PACKET, IP, FRAGMENT, COUNT = 1200, 28, 4, 4
 TYPES = {"keep": "pong"}
 WAIT = {"tcp": 40 * MS, "quic": 25 * MS, "webrtc": 200 * MS}
 HEADER = {"tcp": 24, "quic": 22, "webrtc": 41}
@@ -55,6 +55,8 @@ class Packet:
     chunks: list
     ack: object
     kept: int
+    reduced: bool = False  # tcp: CWR
+    marked: bool = False  # by a link
 
 
 @dataclass(eq=False)
@@ -64,6 +66,7 @@ class Ack:
     beyond: frozenset
     largest: int = -1
     held: int = 0
+    marks: int = 0  # tcp: ECE; quic: how many marked packets have come
 
 
 def runs(numbers):
@@ -87,6 +90,7 @@ class Receiver:
         self.floor = 0  # messages before it are void
         self.packets = []  # runs of packets, the newest first
         self.largest_at = 0
+        self.marks = 0
 
     def note_packet(self, number, now):
         """(new, does not follow the newest)."""
@@ -119,6 +123,13 @@ class Receiver:
         self.advance()
         return True
 
+    def note_marks(self, packet):
+        """Of a packet with chunks."""
+        if self.kind == "tcp":
+            self.marks = 1 if packet.marked else 0 if packet.reduced else self.marks
+        elif self.kind == "quic":
+            self.marks += packet.marked
+
     def misses(self):
         return self.next <= max(self.chunks, default=-1)
 
@@ -127,10 +138,11 @@ class Receiver:
         if self.kind == "quic":
             have = frozenset(n for first, last in self.packets for n in range(first, last + 1))
             held = (now - self.largest_at) // HELD_UNIT * HELD_UNIT
-            return Ack(0, have, self.packets[0][1], held), ACK["quic"] + GAP["quic"] * (len(self.packets) - 1)
+            size = ACK["quic"] + GAP["quic"] * (len(self.packets) - 1) + (COUNT if self.marks else 0)
+            return Ack(0, have, self.packets[0][1], held, self.marks), size
         blocks = runs(n for n in self.chunks if n > self.next)[-GAPS[self.kind]:]
         size = ACK[self.kind] + GAP[self.kind] * len(blocks) if blocks or self.kind != "tcp" else 0
-        return Ack(self.next, frozenset(n for first, last in blocks for n in range(first, last + 1))), size
+        return Ack(self.next, frozenset(n for first, last in blocks for n in range(first, last + 1)), marks=self.marks), size
 
 
 class Trip:
@@ -204,6 +216,8 @@ class End:
         self.limited = False  # the window has held something back since the last acknowledgement
         self.recovery = 0  # losses of packets from this one on reduce the window
         self.largest = -1  # quic: the newest packet that is known to have come
+        self.marks = 0  # quic: that the other end has told of
+        self.answers = False  # tcp: the next new chunks say that the window is smaller
         self.backoff, self.expires, self.last_sent, self.loss_at = 0, NEVER, 0, NEVER
         self.got, self.unacked, self.ack_at = Receiver(self.kind), 0, NEVER
         self.incoming, self.turns = [], {}
@@ -278,6 +292,8 @@ class End:
         for c in chunks:
             c.times, c.sent, c.packet, c.state, c.misses = c.times + 1, now, self.packets, "flying", 0
             c.message.again |= c.times > 1
+        if self.answers and chunks and not again:
+            packet.reduced, self.answers = True, False
         self.packets += 1
         mtu = self.sim.players[self.player]["link"][("up", "down")[self.way]]["mtu_bytes"]
         parts = -(-size // mtu) if mtu and size > mtu else 1
@@ -367,12 +383,25 @@ class End:
             self.advance(now, size, full)
         if self.kind == "quic":
             self.find_losses(now)
+            if ack.marks > self.marks:
+                self.marks = ack.marks
+                self.reduces(ack.largest)
         elif fresh:
             newest = max(c.packet for c in fresh)
             for c in self.flying():
                 c.misses += c.packet < newest
                 if c.misses >= 3 and c.state == "flying":
                     self.lose(c, now)
+            if self.kind == "tcp" and ack.marks and self.reduces(newest):
+                self.answers = True
+
+    def reduces(self, newest):
+        """By a mark: once a round trip, as by a loss."""
+        if newest < self.recovery:
+            return False
+        self.window.reduce()
+        self.window.bytes, self.recovery = self.window.threshold, self.packets
+        return True
 
     def advance(self, now, size, full):
         base = self.base
@@ -432,6 +461,7 @@ class End:
             for chunk in packet.chunks:
                 gap |= not self.takes(now, chunk)
             gap |= self.kind != "quic" and self.got.misses()
+            self.got.note_marks(packet)
             self.unacked += 1
             if gap or self.unacked >= 2:
                 self.ack_at = now

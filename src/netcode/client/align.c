@@ -40,7 +40,7 @@ void ll_client_join(ll_client *c, const ll_client_setup *s, const ll_client_begi
     if (s->sync->answers && c->ticks.due != LL_NEVER)
         c->ticks.due = now; /* the server waits */
     if (s->sync->start && begin->world)
-        s->sync->start(c, s, begin->step, begin->first, begin->world);
+        s->sync->start(c, s, begin);
 }
 
 void ll_client_leave(ll_client *c, const ll_client_setup *s)

@@ -114,7 +114,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, const ll_client_beg
     if (s->recent)
         ll_recent_start(s->recent);
     if (s->sync->start)
-        s->sync->start(c, s, step, step, world);
+        s->sync->start(c, s, &(ll_client_begin){.step = step, .first = step, .own = step, .world = world});
 }
 
 /* The latest world becomes that of the newest snapshot. */

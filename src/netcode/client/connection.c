@@ -86,6 +86,14 @@ ll_time ll_connection_due(const ll_client *c, const ll_client_setup *s)
     return asks < ends ? asks : ends;
 }
 
+void ll_connection_end(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    n->attempt++;
+    ll_client_leave(c, s);
+    enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+}
+
 /* Without packets the connection is first stalled, then disconnected. */
 static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
 {
@@ -97,9 +105,7 @@ static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
         return;
     }
     n->time_outs++;
-    n->attempt++;
-    ll_client_leave(c, s);
-    enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+    ll_connection_end(c, s, now);
 }
 
 __attribute__((noinline)) int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now,
@@ -154,7 +160,10 @@ static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_
     n->epoch = m->head.epoch;
     n->joins++;
     enter(c, s, n->joined ? LL_CONNECTION_RESYNCHRONISING : LL_CONNECTION_SYNCHRONISING, now);
-    ll_client_begin begin = {.epoch = m->head.epoch, .step = m->tick, .first = m->first, .world = world};
+    ll_client_begin begin = {
+        .epoch = m->head.epoch, .step = m->tick, .first = m->first, .own = m->tick, .world = world};
+    if (m->head.count & LL_ANSWER_OWN)
+        memcpy(&begin.own, (const char *)world + c->layout.world_size, sizeof begin.own);
     ll_client_join(c, s, &begin, now);
 }
 
@@ -167,9 +176,7 @@ static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
         n->asks = now; /* asks again, acknowledging this answer */
         return;
     }
-    n->attempt++;
-    ll_client_leave(c, s);
-    enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+    ll_connection_end(c, s, now);
 }
 
 /* Whether the server, which answers with `epoch`, has dropped the player or accepted it again without the

@@ -16,11 +16,24 @@
 
 #define ROUND_MAX LL_SECOND /* a longer first round includes an outage */
 
-void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
+/* A client that joins again before the server has dropped it has sent inputs for ticks that the server has
+ * not made yet: it still has them. */
+static void keep_own_inputs(ll_peer *peer, int self, const ll_controls *earlier, const ll_client_begin *begin)
+{
+    for (int64_t tick = begin->step + 1; tick <= begin->own; tick++)
+        *ll_peer_input(peer, self, tick) = earlier[tick & (LL_PEER_RING - 1)];
+}
+
+void ll_peer_start(ll_client *c, const ll_client_setup *s, const ll_client_begin *begin)
 {
     ll_peer *peer = ll_client_peer(c);
-    LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
+    const ll_world *world = begin->world;
+    const int64_t step = begin->step, first = begin->first;
+    ll_controls earlier[LL_PEER_RING];
+    LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX && begin->own <= first);
+    memcpy(earlier, peer->player[c->self].inputs, sizeof earlier);
     memset(peer, 0, ll_peer_size(world->players, 0));
+    keep_own_inputs(peer, c->self, earlier, begin);
     peer->ticks = (ll_clock){c->snapshots.game_start, c->snapshots.game_start_step,
                              c->ticks.clock.freq}; /* that of all peers, even after a late join */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;

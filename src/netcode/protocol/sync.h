@@ -10,6 +10,7 @@ struct ll_past;
 struct ll_server;
 struct ll_client;
 struct ll_client_setup;
+struct ll_client_begin;
 struct ll_input_result;
 struct ll_desync;
 
@@ -54,10 +55,9 @@ typedef struct ll_sync_mode {
     /* Writes the server's message of an update to `player` and returns its size. */
     int (*compose)(struct ll_server *server, const struct ll_sync_mode *sync, int player, void *packet);
 
-    /* Initialises the client's part of this sync mode, at step `step` of `world`; its inputs begin after step
-     * `first`. NULL: nothing to do. */
-    void (*start)(struct ll_client *client, const struct ll_client_setup *setup, int64_t step, int64_t first,
-                  const ll_world *world);
+    /* Initialises the client's part of this sync mode, from a world. NULL: nothing to do. */
+    void (*start)(struct ll_client *client, const struct ll_client_setup *setup,
+                  const struct ll_client_begin *begin);
 
     /* A packet of the server has reached a client. Returns its ll_outcome. */
     int (*receive)(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,

@@ -43,6 +43,8 @@ typedef struct ll_request_message {
 typedef enum ll_answer_part {
     LL_ANSWER_ECHO = 1,  /* `sent` is that of a request, so that the client can measure its clock */
     LL_ANSWER_WORLD = 2, /* the world after step `tick` follows, as it lies in memory */
+    LL_ANSWER_OWN = 4, /* after that: the newest tick (int64_t) of which the server has an input of the player
+                          from before, which others may have too; those after it up to `first` are neutral */
 } ll_answer_part;
 
 /* From the server: accept and pong. A pong of epoch 0 means that the player is not connected. */

@@ -10,6 +10,18 @@ typedef struct answer_kind {
     bool with_world;
 } answer_kind;
 
+/* The newest step that is not made yet of which an input of the player itself has come; inputs that the
+ * server made for it have no number. The last step made: there is none. */
+static int64_t own_upto(const ll_server *server, const ll_client_slot *client_slot)
+{
+    for (int64_t tick = client_slot->connection.first; tick > server->step; tick--) {
+        const ll_input_slot *slot = &client_slot->inputs.ring[tick & (LL_INPUT_RING - 1)];
+        if (slot->tick == tick && slot->seq != 0)
+            return tick;
+    }
+    return server->step;
+}
+
 static int answer(const ll_server *server, int player, answer_kind kind, ll_time now, void *reply)
 {
     const ll_request_message *request = kind.request;
@@ -31,6 +43,12 @@ static int answer(const ll_server *server, int player, answer_kind kind, ll_time
         m.head.count |= LL_ANSWER_WORLD;
         memcpy((char *)reply + size, world, ll_world_size(world));
         size += (int)ll_world_size(world);
+        const int64_t own = own_upto(server, client_slot);
+        if (own > server->step) {
+            m.head.count |= LL_ANSWER_OWN;
+            memcpy((char *)reply + size, &own, sizeof own);
+            size += (int)sizeof own;
+        }
     }
     memcpy(reply, &m, sizeof m);
     return size;

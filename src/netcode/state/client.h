@@ -160,6 +160,7 @@ typedef struct ll_client_begin {
     ll_freq freq;          /* of its ticks; a client that joins keeps its own */
     int64_t step;          /* the server's step now */
     int64_t first;         /* of a client that joins: its inputs count for the steps after this one */
+    int64_t own;           /* the server has its earlier inputs up to this step; later ones are neutral */
     const ll_world *world; /* after `step`; NULL, of a client that joins: the next snapshots bring it */
 } ll_client_begin;
 
@@ -190,6 +191,9 @@ ll_time ll_connection_due(const ll_client *client, const ll_client_setup *setup)
 /* Does what is due at `now`: ends a state after a time without packets, or writes a connect or a ping.
  * Returns its size, 0 if there is none. */
 int ll_connection_poll(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+
+/* Gives the connection up; the client asks to be let in again at once. */
+void ll_connection_end(ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* A packet of the server has arrived. False: it belongs to the game, not to the connection. */
 bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,

@@ -69,8 +69,7 @@ static inline size_t ll_peer_size(int players, size_t world_size)
     return sizeof(ll_peer) + (size_t)players * sizeof(ll_peer_player) + LL_PEER_RING * world_size;
 }
 
-void ll_peer_start(ll_client *client, const ll_client_setup *setup, int64_t step, int64_t first,
-                   const ll_world *world);
+void ll_peer_start(ll_client *client, const ll_client_setup *setup, const ll_client_begin *begin);
 int ll_peer_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int bytes,
                     ll_time now);
 int ll_peer_tick(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);

@@ -6,6 +6,7 @@
 
 #include "link/line/profile_shelf.h"
 #include "link/transport/transport.h"
+#include "netcode/hosting/hosting.h"
 #include "netcode/metrics/behind_cover.h"
 #include "netcode/metrics/client_metrics.h"
 #include "netcode/metrics/drag_neglect.h"
@@ -41,6 +42,7 @@ typedef struct ll_netgame_config {
     ll_report_params reports;
     ll_bottleneck_params bottleneck;
     ll_spectator_params spectators[LL_SPECTATORS_MAX];
+    ll_hosting_params hosting;
     int32_t profile_count, spectator_count;
     ll_profile_params profiles[LL_PROFILES_MAX];
 } ll_netgame_config;
@@ -82,6 +84,14 @@ typedef struct ll_netgame_spectators {
     int64_t at[LL_SPECTATORS_MAX];
     int64_t count;
 } ll_netgame_spectators;
+
+/* Where the server is on a player's machine: who hosts; before it the world that a host left behind, and the
+ * messages of each player's machine to itself. Offsets are from the block's start. */
+typedef struct ll_netgame_hosts {
+    int64_t loop[LL_PEERS_MAX];
+    int64_t farewell;
+    ll_hosting hosting;
+} ll_netgame_hosts;
 
 #pragma GCC diagnostic pop
 
@@ -288,18 +298,29 @@ static inline ll_peer_choices *ll_netgame_choices(const ll_netgame *g, int playe
     return (ll_peer_choices *)((char *)g + g->observed - behind - from);
 }
 
-/* Before that, NULL: no one watches. The spectators' parts come before it. */
-static inline ll_netgame_spectators *ll_netgame_spectators_of(const ll_netgame *g)
+/* Where that begins: what few games have lies before it. */
+static inline char *ll_netgame_rare_end(const ll_netgame *g)
 {
-    if (!(g->config.server.peers & LL_PEERS_WATCHED))
-        return NULL;
     int entities = ll_server_world_const(ll_netgame_server(g))->entities, players = g->config.player_count;
     size_t behind = g->config.server.compensation.tuned ? sizeof(ll_policy_params) : 0;
     behind += g->config.server.reckons ? ll_reckoning_size(players, entities) : 0;
     behind += g->config.server.detection ? (size_t)players * sizeof(ll_detection) : 0;
     if (g->config.server.peers & LL_PEERS_OF_CLIENTS)
         behind += (size_t)players * sizeof(ll_peer_choices);
-    return (ll_netgame_spectators *)((char *)g + g->observed - behind) - 1;
+    return (char *)g + g->observed - behind;
+}
+
+/* NULL: no one watches. The spectators' parts come before it. */
+static inline ll_netgame_spectators *ll_netgame_spectators_of(const ll_netgame *g)
+{
+    return g->config.server.peers & LL_PEERS_WATCHED ? (ll_netgame_spectators *)ll_netgame_rare_end(g) - 1
+                                                     : NULL;
+}
+
+/* NULL: the server is on no player's machine. No such game is watched. */
+static inline ll_netgame_hosts *ll_netgame_hosts_of(const ll_netgame *g)
+{
+    return g->config.server.peers & LL_PEERS_HOSTED ? (ll_netgame_hosts *)ll_netgame_rare_end(g) - 1 : NULL;
 }
 
 static inline int ll_netgame_spectator_count(const ll_netgame *g)
@@ -455,7 +476,7 @@ extern const ll_metric_table ll_netgame_message_table, ll_netgame_bandwidth_tabl
 extern const ll_record ll_netgame_traffic_record, ll_netgame_link_record;
 void ll_netgame_fill_traffic(const ll_netgame *game, ll_row_set *rows);
 
-/* transport_metrics.c: adds what the player's transport did; nothing where messages are packets */
+/* transport.c: adds what the player's transport did; nothing where messages are packets */
 void ll_netgame_transport_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 extern const ll_metric_table ll_netgame_transport_up_table, ll_netgame_transport_down_table;
 
@@ -500,6 +521,11 @@ void ll_netgame_fill_spectators(const ll_netgame *game, ll_row_set *rows);
 /* frame.c: the entities that they show, streamed */
 extern const ll_record ll_netgame_spectated_record;
 void ll_netgame_fill_spectated(const ll_netgame *game, ll_row_set *rows);
+
+/* hosts.c: adds who hosts to the metrics of the run and of `player`, if a player's machine does */
+void ll_netgame_host_metrics(const ll_netgame *g, struct cJSON *metrics);
+void ll_netgame_host_player_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_metric_table ll_netgame_host_table, ll_netgame_host_player_table;
 
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);

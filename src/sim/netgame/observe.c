@@ -314,3 +314,78 @@ void ll_netgame_tap(const ll_netgame_run *run, int player, bool up, ll_packet_ta
     tap->link_tap = (ll_link_tap){record_packet, tap};
     tap->plan.tap = &tap->link_tap;
 }
+
+/* ---- messages ---- */
+
+/* What only an input packet has: the step of its newest input, and how long that took to be sent. */
+static void describe_input(const ll_netgame_run *run, int player, const void *packet, ll_event *e)
+{
+    const ll_sync_mode *sync = run->sync;
+    const ll_netgame_seat *seat = &run->seat[player];
+    if (sync->take != ll_server_receive)
+        return; /* peers have packets of their own */
+    ll_input_message m;
+    memcpy(&m, packet, offsetof(ll_input_message, inputs));
+    const ll_pending_input *input = ll_client_pending(seat->client, e->number);
+    if (!sync->applies_on_arrival)
+        e->tick = (uint32_t)(m.tick + m.head.count - 1);
+    if (input->seq != e->number)
+        return;
+    e->held_ms = (float)ll_to_ms(run->game->now - input->made);
+    if (e->number == seat->client->inputs.seq)
+        e->device_ms =
+            (float)ll_to_ms(input->made - ll_client_control_time(seat->client, &seat->setup, input->made));
+}
+
+/* The event of a message that is sent now, but for its fate. */
+ll_event ll_netgame_message_event(const ll_netgame_run *run, int player, const void *packet)
+{
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    ll_event e = {.type = head.type, .player = (uint8_t)player, .begin = run->game->now, .number = head.seq};
+    if (head.type == LL_MESSAGE_SNAPSHOT || head.type == LL_MESSAGE_RELAY)
+        e.number = (uint32_t)run->server->step;
+    if (head.type == LL_MESSAGE_INPUT) {
+        e.number += head.count - 1u; /* its newest */
+        describe_input(run, player, packet, &e);
+    }
+    return e;
+}
+
+void ll_netgame_record_sent(const ll_netgame_run *run, int player, const void *packet, ll_time sent,
+                            const ll_sending *s)
+{
+    ll_event e = ll_netgame_message_event(run, player, packet);
+    ll_snapshot_message snapshot;
+    ll_relay_message relay;
+    if (e.type == LL_MESSAGE_SNAPSHOT) {
+        memcpy(&snapshot, packet, sizeof snapshot);
+        e.number = (uint32_t)snapshot.tick;
+    }
+    if (e.type == LL_MESSAGE_RELAY) {
+        memcpy(&relay, packet, sizeof relay);
+        e.number = (uint32_t)relay.tick;
+    }
+    e.held_ms -= e.held_ms > 0 ? (float)ll_to_ms(run->game->now - sent) : 0;
+    e.begin = sent;
+    e.fate = (uint8_t)s->fate;
+    e.end = s->fate == LL_FATE_DELIVERED ? s->due : sent;
+    ll_netgame_record(run->recorder, e);
+}
+
+void ll_netgame_note_arrivals(ll_input_history *input_history, const ll_message_head *head,
+                              const ll_sending *s)
+{
+    if (s->fate == LL_FATE_DELIVERED)
+        ll_input_history_sent(input_history, head->seq, head->count, s->due);
+    if (s->duplicated && s->copy_fate == LL_FATE_DELIVERED)
+        ll_input_history_sent(input_history, head->seq, head->count, s->copy_due);
+}
+
+void ll_netgame_note_arrival(const ll_netgame_run *run, int player, const void *packet, const ll_sending *s)
+{
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    if (head.type == LL_MESSAGE_INPUT && (run->observes & LL_OBSERVE_INPUTS))
+        ll_netgame_note_arrivals(&run->seat[player].metrics->input_history, &head, s);
+}

@@ -4,55 +4,10 @@
 #include "base/assert.h"
 #include "sim/netgame/parts.h"
 
-/* What only an input packet has: the step of its newest input, and how long that took to be sent. */
-static void describe_input(const ll_netgame_run *run, int player, const void *packet, ll_event *e)
-{
-    const ll_sync_mode *sync = run->sync;
-    const ll_netgame_seat *seat = &run->seat[player];
-    if (sync->take != ll_server_receive)
-        return; /* peers have packets of their own */
-    ll_input_message m;
-    memcpy(&m, packet, offsetof(ll_input_message, inputs));
-    const ll_pending_input *input = ll_client_pending(seat->client, e->number);
-    if (!sync->applies_on_arrival)
-        e->tick = (uint32_t)(m.tick + m.head.count - 1);
-    if (input->seq != e->number)
-        return;
-    e->held_ms = (float)ll_to_ms(run->game->now - input->made);
-    if (e->number == seat->client->inputs.seq)
-        e->device_ms =
-            (float)ll_to_ms(input->made - ll_client_control_time(seat->client, &seat->setup, input->made));
-}
-
-/* What is counted of a message from `from` of the metrics on. */
-static void count_traffic(ll_traffic *t, int type, int bytes, int fragments)
-{
-    int headers = fragments * (LL_UDP_OVERHEAD + (fragments > 1 ? LL_FRAGMENT_HEADER : 0));
-    t->bytes[type] += bytes;
-    t->messages[type]++;
-    t->packets[type] += fragments;
-    t->wire_bytes[type] += bytes + headers;
-}
-
-/* The event of a message that is sent now, but for its fate. */
-static ll_event message_event(const ll_netgame_run *run, int player, const void *packet)
-{
-    ll_message_head head;
-    memcpy(&head, packet, sizeof head);
-    ll_event e = {.type = head.type, .player = (uint8_t)player, .begin = run->game->now, .number = head.seq};
-    if (head.type == LL_MESSAGE_SNAPSHOT || head.type == LL_MESSAGE_RELAY)
-        e.number = (uint32_t)run->server->step;
-    if (head.type == LL_MESSAGE_INPUT) {
-        e.number += head.count - 1u; /* its newest */
-        describe_input(run, player, packet, &e);
-    }
-    return e;
-}
-
 static __attribute__((noinline)) void record_sending(const ll_netgame_run *run, int player,
                                                      const void *packet, const ll_sending *s)
 {
-    ll_event e = message_event(run, player, packet);
+    ll_event e = ll_netgame_message_event(run, player, packet);
     e.fate = (uint8_t)s->fate;
     e.end = s->due;
     ll_netgame_record(run->recorder, e);
@@ -71,7 +26,7 @@ static __attribute__((noinline)) void send_by_transport(ll_netgame_run *run, int
     ll_client_metrics *in = seat->metrics;
     ll_message_head head;
     memcpy(&head, packet, sizeof head);
-    ll_event e = message_event(run, player, packet);
+    ll_event e = ll_netgame_message_event(run, player, packet);
     *(up ? &seat->client->connection.sent : &seat->slot->connection.last_sent) = run->game->now;
     if (run->game->now >= in->from) {
         in->traffic.bytes[head.type] += bytes;
@@ -88,14 +43,6 @@ static __attribute__((noinline)) void send_by_transport(ll_netgame_run *run, int
         ll_netgame_record(run->recorder, e);
 }
 
-static void note_arrivals(ll_input_history *input_history, const ll_message_head *head, const ll_sending *s)
-{
-    if (s->fate == LL_FATE_DELIVERED)
-        ll_input_history_sent(input_history, head->seq, head->count, s->due);
-    if (s->duplicated && s->copy_fate == LL_FATE_DELIVERED)
-        ll_input_history_sent(input_history, head->seq, head->count, s->copy_due);
-}
-
 /* What a message changes apart from its link. */
 static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *seat, bool up, int type,
                              int bytes, int fragments)
@@ -106,7 +53,7 @@ static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *s
     else
         seat->slot->connection.last_sent = now;
     if (now >= seat->metrics->from)
-        count_traffic(&seat->metrics->traffic, type, bytes, fragments);
+        ll_netgame_count_traffic(&seat->metrics->traffic, type, bytes, fragments);
 }
 
 /* Any message that is a packet, on any link. A function of its own: its variables are large.
@@ -126,9 +73,19 @@ static __attribute__((noinline)) void send_packet(ll_netgame_run *run, int playe
     const ll_sending s = ll_link_send_by(up ? seat->up : seat->down, plan, run->game->now, packet, bytes);
     note_sent(run, seat, up, head.type, bytes, s.fragments);
     if (head.type == LL_MESSAGE_INPUT && (run->observes & LL_OBSERVE_INPUTS))
-        note_arrivals(&seat->metrics->input_history, &head, &s);
+        ll_netgame_note_arrivals(&seat->metrics->input_history, &head, &s);
     if (run->recorder)
         record_sending(run, player, packet, &s);
+}
+
+/* By a transport, or where the server is on a player's machine. */
+static __attribute__((noinline)) void send_rarely(ll_netgame_run *run, int player, bool up,
+                                                  const void *packet, int bytes)
+{
+    if (run->hosting)
+        ll_netgame_host_send(run, player, up, packet, bytes);
+    else
+        send_by_transport(run, player, up, packet, bytes);
 }
 
 /* The usual message takes the short way: unrecorded, on a link without impairments. */
@@ -139,8 +96,8 @@ void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packe
     ll_message_head head;
     ll_time due;
     LL_ASSERT(bytes >= (int)sizeof head && bytes <= LL_NETGAME_PACKET_MAX);
-    if (seat->transport) {
-        send_by_transport(run, player, up, packet, bytes);
+    if (seat->rare) {
+        send_rarely(run, player, up, packet, bytes);
     } else if (run->recorder || plan->stages != 0 ||
                !ll_link_send_plain(up ? seat->up : seat->down, plan, run->game->now, packet, bytes, &due)) {
         send_packet(run, player, up, packet, bytes);
@@ -283,7 +240,7 @@ static __attribute__((noinline)) void pass_on(ll_netgame_run *run, int player, c
     m->other = (uint16_t)(player + 1);
     const ll_sending s = put_on_down_link(run, to, m, bytes);
     if (run->game->now >= run->seat[to].metrics->from)
-        count_traffic(&run->seat[to].metrics->traffic, LL_MESSAGE_RELAY, bytes, s.fragments);
+        ll_netgame_count_traffic(&run->seat[to].metrics->traffic, LL_MESSAGE_RELAY, bytes, s.fragments);
     if (run->recorder)
         record_sending(run, to, &(ll_message_head){.type = LL_MESSAGE_RELAY, .seq = m->head.seq}, &s);
 }
@@ -297,6 +254,8 @@ __attribute__((noinline)) void ll_netgame_check_connections(ll_netgame_run *run)
     double timeout_s = run->game->config.server.timeout_s;
     ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
     server->next_check += LL_CONNECTION_CHECK_INTERVAL;
+    if (run->hosting && !ll_netgame_host_check(run))
+        return;
     for (int i = 0; i < server->players; i++) {
         if (sync->waits && server->client_slots[i].inputs.repeats > 0)
             update_player(run, i); /* it repeats known inputs, so it lacks the snapshot */
@@ -347,14 +306,23 @@ static void client_receives(ll_netgame_run *run, int player, const void *packet,
         record_applied(run, player, packet, outcome);
 }
 
+static __attribute__((noinline)) void client_joined(ll_netgame_run *run, int player)
+{
+    if (run->sync->observe && run->game->now >= 0)
+        ll_desync_start(ll_netgame_desync(run->game, player),
+                        ll_client_peer(run->seat[player].client)->start);
+    if (run->hosting)
+        ll_netgame_host_joined(run, player);
+}
+
 /* False: the packet belongs to the game. */
 static bool client_connects(ll_netgame_run *run, int player, const void *packet, int bytes)
 {
     ll_netgame_seat *seat = &run->seat[player];
     int64_t joins = seat->client->connection.joins;
     bool taken = ll_connection_receive(seat->client, &seat->setup, packet, bytes, run->game->now);
-    if (seat->client->connection.joins != joins && run->sync->observe && run->game->now >= 0)
-        ll_desync_start(ll_netgame_desync(run->game, player), ll_client_peer(seat->client)->start);
+    if (seat->client->connection.joins != joins)
+        client_joined(run, player);
     return taken;
 }
 
@@ -432,11 +400,38 @@ static __attribute__((noinline)) void arrive_down(ll_netgame_run *run, int playe
     ll_client_set_due(run->seat[player].client, &run->seat[player].setup);
 }
 
+static __attribute__((noinline)) void arrive_rarely_up(ll_netgame_run *run, int player)
+{
+    if (run->hosting)
+        ll_netgame_host_pass(run, player);
+    else
+        arrive_up(run, player);
+}
+
+static __attribute__((noinline)) void arrive_rarely_down(ll_netgame_run *run, int player)
+{
+    if (run->hosting)
+        ll_netgame_host_arrive(run, player, false);
+    else
+        arrive_down(run, player);
+}
+
+void ll_netgame_server_gets(ll_netgame_run *run, int player, const void *packet)
+{
+    server_receives(run, player, packet);
+}
+
+void ll_netgame_client_gets(ll_netgame_run *run, int player, const void *packet, int bytes)
+{
+    client_gets(run, player, packet, bytes);
+    ll_client_set_due(run->seat[player].client, &run->seat[player].setup);
+}
+
 void ll_netgame_deliver_up(ll_netgame_run *run, int player)
 {
     int bytes;
-    if (run->seat[player].transport) {
-        arrive_up(run, player);
+    if (run->seat[player].rare) {
+        arrive_rarely_up(run, player);
         return;
     }
     const void *packet = take_off(run, run->seat[player].up, &bytes);
@@ -448,8 +443,8 @@ void ll_netgame_deliver_down(ll_netgame_run *run, int player)
 {
     ll_netgame_seat *seat = &run->seat[player];
     int bytes;
-    if (seat->transport) {
-        arrive_down(run, player);
+    if (seat->rare) {
+        arrive_rarely_down(run, player);
         return;
     }
     const void *packet = take_off(run, seat->down, &bytes);

@@ -5,7 +5,7 @@
 
 #include "base/detmath.h"
 #include "record/integers.h"
-#include "sim/netgame/transport_metrics.h"
+#include "sim/netgame/transport.h"
 
 static double ratio(double a, double b)
 {

@@ -288,6 +288,25 @@ static void an_aim_bot_is_found_by_its_aim(void **state)
     assert_true(latest < 120);
 }
 
+/* The scenario as it is: its honest player raises no alarm of any kind, its bot does. */
+static void the_scenario_takes_no_honest_player_for_a_bot(void **state)
+{
+    (void)state;
+    for (int seed = 1; seed <= 20; seed += REACTION_SEEDS > 1 ? 1 : 7) {
+        char number[32];
+        snprintf(number, sizeof number, "seed=%d", seed);
+        const char *const sets[] = {number, NULL};
+        scene s = scene_open("aim_bot", sets);
+        scene_run(&s, 240, NULL);
+        const ll_aim_watch *aims = ll_netgame_aim_watch(s.game);
+        assert_int_equal(detection(&s, 0)->rate.alarms.count, 0);
+        assert_int_equal(detection(&s, 0)->reaction.alarms.count, 0);
+        assert_int_equal(aims[0].alarms.count, 0);
+        assert_true(detection(&s, 1)->reaction.alarms.count > 0);
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -299,6 +318,7 @@ int main(void)
         cmocka_unit_test(each_cheat_is_found_in_its_time),
         cmocka_unit_test(an_aim_bot_is_found_over_bad_links),
         cmocka_unit_test(an_aim_bot_is_found_by_its_aim),
+        cmocka_unit_test(the_scenario_takes_no_honest_player_for_a_bot),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
