@@ -1054,17 +1054,17 @@ export function generate(binary) {
   const schema = JSON.parse(laglab('schema')),
     records = JSON.parse(laglab('schema', 'stream'));
   const asyncapi = between('api/asyncapi.yaml', read('api/asyncapi.yaml'), '    # generated: records', '    # end', asyncSchemas(records));
-  const modules = new Map([
+  const shared = new Map([
+    ['api/asyncapi.yaml', asyncapi],
+    ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
+    ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
     ['www/js/stream/records.js', recordsModule(records)],
     ['www/js/stream/rows.js', rowsModule(records)],
     ['www/js/stream/names.js', namesModule(records)],
   ]);
   return new Map([
-    ['api/asyncapi.yaml', asyncapi],
-    ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
-    ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
-    ...modules,
-    ...clientTypes(ROOT, modules),
+    ...shared,
+    ...clientTypes(ROOT, shared),
     [
       'docs/scenario.md',
       scenarioDoc(schema)

@@ -78,8 +78,8 @@ export function columnsDoc({ kinds }, results) {
 ## Traces
 
 A trace (\`laglab run --trace\`, \`sweep --traces\`, \`GET /api/v1/sessions/ID/trace\`) is CSV with a line per tick, tick 0 too: the state after all events
-of its time. Its first columns are \`time_s\` and \`tick\`. In a beginning of names \`*\` is the index of a player, a method or a body. Of worlds and fluids
-side by side, the columns of all after the first begin with \`side_by_side0_\` or \`side_by_side1_\`. What is not known is \`nan\`.
+of its time; other formats have the same columns. Its first columns are \`time_s\` and \`tick\`. In a beginning of names \`*\` is the index of a player, a method or a body. Of worlds and fluids
+side by side, the columns of all after the first begin with \`side_by_side0_\` or \`side_by_side1_\`. What is not known is \`nan\`, and null in other formats than CSV.
 
 ${kinds.map(({ kind, tables }) => `### ${TITLES[kind] ?? kind}\n\n${tables.map(columns).join('\n')}`).join('\n')}
 ## Results

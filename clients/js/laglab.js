@@ -17,10 +17,19 @@ export * from '../../www/js/stream/names.js';
 /** @typedef {import('./specification.js').Settings} Settings */
 /** @typedef {import('./specification.js').Wish} Wish */
 /** @typedef {import('./stream.js').Frame} Frame */
+/** The operations of the API by their names, as api/openapi.yaml has them. @typedef {import('./types/api.js').operations} Operations */
+/** The schemas of the same. @typedef {import('./types/api.js').components['schemas']} Schemas */
+/** The JSON that an operation answers with.
+ * @template {keyof Operations} Name
+ * @typedef {Operations[Name] extends {responses: {200: {content: {'application/json': infer Body}}}} ? Body
+ *   : Operations[Name] extends {responses: {201: {content: {'application/json': infer Body}}}} ? Body
+ *   : Operations[Name] extends {responses: {202: {content: {'application/json': infer Body}}}} ? Body : never} Answer */
 /** A row of a table: columns by name. @typedef {Record<string, any>} Row */
-/** @typedef {{type: string, state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Progress */
-/** Where a session is after a command.
- * @typedef {{status: string, tick: number, time_s: number, log_end_s: number, speed: number, hash: string}} Position */
+/** A message of an experiment's stream.
+ * @typedef {{type: string, state: string, runs: number, done: number, rate_per_s: number, left_s: number | null}} Progress */
+/** Where a session is after a command. @typedef {Answer<'controlSession'>} Position */
+/** What of which ticks a trace has. `of`: `ticks`, a record such as `entities`, `events`, `packets` or `corrections`.
+ * @typedef {{from_s?: number, to_s?: number, of?: string}} TraceWish */
 
 /**
  * Anything beyond a method and a path.
@@ -82,8 +91,8 @@ export class Daemon {
   }
 
   /** Any operation of the API: docs/api.md. @param {string} method @param {string} path @param {RequestWish} [wish]
-   * @returns {Promise<string>} */
-  async request(method, path, { body, key = this.key, query = {}, accept = 'application/json' } = {}) {
+   * @returns {Promise<Response>} */
+  async answer(method, path, { body, key = this.key, query = {}, accept = 'application/json' } = {}) {
     const address = this.address(path);
     for (const [name, value] of Object.entries(query)) if (value !== undefined) address.searchParams.set(name, String(value));
     /** @type {Record<string, string>} */
@@ -99,7 +108,18 @@ export class Daemon {
       throw new LaglabError(`no daemon answers at ${this.url.href}: ${cause?.code ?? cause?.message ?? error}`);
     }
     if (!answer.ok) throw await refusal(answer);
-    return answer.text();
+    return answer;
+  }
+
+  /** The same with the text of the answer. @param {string} method @param {string} path @param {RequestWish} [wish]
+   * @returns {Promise<string>} */
+  async request(method, path, wish) {
+    return (await this.answer(method, path, wish)).text();
+  }
+
+  /** The same with its bytes. @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<Uint8Array>} */
+  async bytes(method, path, wish) {
+    return new Uint8Array(await (await this.answer(method, path, wish)).arrayBuffer());
   }
 
   /** The same with the JSON of the answer; null when it has none.
@@ -109,7 +129,7 @@ export class Daemon {
     return text === '' ? null : JSON.parse(text);
   }
 
-  /** The library: of each scenario its id, kind and title. @returns {Promise<{id: string, kind: string, title: string}[]>} */
+  /** The library: of each scenario its id, kind and title. @returns {Promise<Answer<'listScenarios'>['scenarios']>} */
   async scenarios() {
     return (await this.json('GET', 'scenarios', { query: { brief: true } })).scenarios;
   }
@@ -190,7 +210,7 @@ export class Session {
     return this.daemon.json(method, `sessions/${this.id}${path}`, { key: this.key, ...wish });
   }
 
-  /** Its state of play, parameters and cost. @returns {Promise<any>} */
+  /** Its state of play, parameters and cost. @returns {Promise<Answer<'getSession'>>} */
   info() {
     return this.json('GET', '');
   }
@@ -241,23 +261,23 @@ export class Session {
     return this.control('restart', { reset });
   }
 
-  /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values @returns {Promise<any>} */
+  /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values @returns {Promise<Answer<'patchParams'>>} */
   set(values) {
     return this.json('PATCH', '/params', { body: values });
   }
 
   /** A person's controls, held until the next call; the player's `control` must be `person`.
-   * @param {number} player @param {number[]} [axes] @param {number} [buttons] @returns {Promise<any>} */
+   * @param {number} player @param {number[]} [axes] @param {number} [buttons] @returns {Promise<Answer<'postInput'>>} */
   input(player, axes = [0, 0], buttons = 0) {
     return this.json('POST', '/input', { body: { player, axes, buttons } });
   }
 
-  /** The whole simulated state, now or at an earlier tick. @param {number} [tick] @returns {Promise<any>} */
+  /** The whole simulated state, now or at an earlier tick. @param {number} [tick] @returns {Promise<Answer<'getState'> & {state: any}>} */
   state(tick) {
     return this.json('GET', '/state', { query: { tick } });
   }
 
-  /** @returns {Promise<{tick: number, time_s: number, hash: string, metrics: any}>} from tick 0 to now */
+  /** @returns {Promise<Answer<'getMetrics'> & {metrics: any}>} from tick 0 to now */
   report() {
     return this.json('GET', '/metrics');
   }
@@ -267,9 +287,19 @@ export class Session {
     return valueAt((await this.report()).metrics, path);
   }
 
-  /** CSV with a line for each tick. @param {Record<string, number>} [query] `from_s`, `to_s` @returns {Promise<string>} */
-  trace(query) {
-    return this.daemon.request('GET', `sessions/${this.id}/trace`, { key: this.key, query, accept: 'text/csv' });
+  /** The trace as CSV. @param {TraceWish} [wish] @returns {Promise<string>} */
+  trace(wish) {
+    return this.daemon.request('GET', `sessions/${this.id}/trace`, { key: this.key, query: wish, accept: 'text/csv' });
+  }
+
+  /** The same as rows. @param {TraceWish} [wish] @returns {Promise<Row[]>} */
+  table(wish) {
+    return this.json('GET', '/trace', { query: wish });
+  }
+
+  /** The same as a Parquet file. @param {TraceWish} [wish] @returns {Promise<Uint8Array>} */
+  parquet(wish) {
+    return this.daemon.bytes('GET', `sessions/${this.id}/trace`, { key: this.key, query: wish, accept: 'application/vnd.apache.parquet' });
   }
 
   /** The log, which `laglab replay` runs again. @returns {Promise<string>} */
@@ -306,12 +336,12 @@ export class Experiment {
     this.named = named;
   }
 
-  /** Its specification, state, and how many runs are done. @returns {Promise<any>} */
+  /** Its specification, state, and how many runs are done. @returns {Promise<Answer<'getExperiment'>>} */
   info() {
     return this.daemon.json('GET', `experiments/${this.id}`);
   }
 
-  /** @param {'pause' | 'resume' | 'cancel'} op @returns {Promise<any>} */
+  /** @param {'pause' | 'resume' | 'cancel'} op @returns {Promise<Answer<'controlExperiment'>>} */
   control(op) {
     return this.daemon.json('POST', `experiments/${this.id}/control`, { body: { op }, key: this.key });
   }
@@ -349,6 +379,12 @@ export class Experiment {
   /** A standalone page with plots and tables. @returns {Promise<string>} */
   report() {
     return this.daemon.request('GET', `experiments/${this.id}/report`, { accept: 'text/html' });
+  }
+
+  /** The whole experiment as one tar file, which `laglab verify` checks on any machine. All runs must be done.
+   * @param {{container?: string}} [wish] digest of the image that made the rows, as sha256:... @returns {Promise<Uint8Array>} */
+  archive(wish) {
+    return this.daemon.bytes('GET', `experiments/${this.id}/archive`, { query: wish, accept: 'application/x-tar' });
   }
 
   /** One run as a live session, paused at its start. @param {number} run @returns {Promise<Session>} */

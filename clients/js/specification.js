@@ -1,21 +1,17 @@
 // Experiments as arguments.
 import { LaglabError } from './errors.js';
 
-/** An id of the library, or a whole scenario. @typedef {string | Record<string, any>} Scenario */
+/** An id of the library, or a whole scenario.
+ * @typedef {string | import('./types/api.js').components['schemas']['Scenario'] | Record<string, any>} Scenario */
 /** Of each name the values of the same paths. @typedef {Record<string, Record<string, any>>} Settings */
+/** An experiment as api/openapi.yaml has it. @typedef {import('./types/api.js').components['schemas']['Experiment']} Specification */
 /**
- * An experiment: api/openapi.yaml has all members.
- * @typedef {object} Wish
+ * What is special to this client.
+ * @typedef {object} Axes
  * @property {Record<string, any[] | Settings> | Record<string, any>[]} [axes]  by path its values, or by a name settings with names; or a list
  *   as in the experiment's format
- * @property {string[]} [metrics]
- * @property {number} [repeats]  runs of each point, with seeds one after the other
- * @property {Record<string, any>} [set]  values by path, before the axes
- * @property {any} [until]
- * @property {any} [sample]
- * @property {any} [stop]
- * @property {string} [title]
  */
+/** An experiment's other members, each as the API has it. @typedef {Omit<Partial<Specification>, 'scenario' | 'axes'> & Axes} Wish */
 
 const equal = (/** @type {unknown} */ a, /** @type {unknown} */ b) => JSON.stringify(a) === JSON.stringify(b);
 

@@ -207,6 +207,8 @@ static cJSON *field_json(const ll_metric_field *f)
     put_text(o, "unit", f->unit);
     if (f->is_signed)
         cJSON_AddTrueToObject(o, "signed");
+    if (f->is_rate)
+        cJSON_AddTrueToObject(o, "rate");
     if (f->rare)
         cJSON_AddTrueToObject(o, "rare");
     if (f->tail != LL_TAIL_LIGHT)

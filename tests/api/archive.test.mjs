@@ -5,7 +5,8 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { BINARY } from '../lib/daemon.mjs';
+import { client, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const ORDER = {
   title: 'Lag and error',
@@ -66,6 +67,54 @@ test('any machine reads it with tar and sha256sum', () => {
       cells[column('hash')],
     );
     ORDER.metrics.forEach((name, i) => assert.equal(rows.readDoubleLE(run * 48 + 32 + 8 * i), Number(cells[column(name)])));
+  }
+});
+
+test('what GNU tar packs of the same files is the same archive', () => {
+  const out = mkdtempSync(at('out-'));
+  assert.equal(spawnSync('tar', ['-xf', at('a.tar'), '-C', out]).status, 0);
+  const listing = spawnSync('tar', ['--full-time', '--numeric-owner', '-tvf', at('a.tar')], {
+    encoding: 'utf8',
+    env: { ...process.env, TZ: 'UTC' },
+  });
+  const listed = listing.stdout.trim().split('\n');
+  assert.equal(listed.length, 7);
+  for (const line of listed) assert.match(line, /^-rw-r--r-- 0\/0 +\d+ 1970-01-01 00:00:00 [A-Za-z0-9.]+$/);
+  const names = listed.map((line) => line.replace(/.* /, ''));
+  const made = ['--format=ustar', '--owner=0', '--group=0', '--numeric-owner', '--mtime=@0', '--mode=644', '-cf', at('gnu.tar')];
+  assert.equal(spawnSync('tar', [...made, '-C', out, ...names]).status, 0);
+  assert.equal(JSON.parse(good('verify', 'gnu.tar', '--rows', '2')).differences, 0);
+});
+
+test('a daemon gives the archive of its experiment, which is verified elsewhere', async () => {
+  const daemon = await startDaemon(),
+    c = client(daemon.url);
+  try {
+    const { id, links } = (await c.call('POST', '/api/v1/experiments', { body: ORDER })).json;
+    await waitFor(async () => (await c.get(`/api/v1/experiments/${id}`)).json.state === 'done', 'the experiment', 60000);
+    const read = async () => {
+      const answer = await fetch(new URL(links.archive, daemon.url));
+      assert.equal(answer.status, 200);
+      assert.equal(answer.headers.get('content-type'), 'application/x-tar');
+      assert.equal(answer.headers.get('content-disposition'), `attachment; filename="${id}.tar"`);
+      return Buffer.from(await answer.arrayBuffer());
+    };
+    const bytes = await read();
+    assert.ok(bytes.equals(await read()), 'the same bytes each time');
+    writeFileSync(at('daemon.tar'), bytes);
+    const found = JSON.parse(good('verify', 'daemon.tar', '--all'));
+    assert.deepEqual([found.rows, found.equal, found.differences, found.report_compared], [36, 36, 0, true]);
+    // It is what the command line writes of the same experiment, and of the daemon's own store.
+    good('sweep', 'order.json', '--archive', 'plain.tar', '--out', 'plain.csv');
+    assert.ok(bytes.equals(readFileSync(at('plain.tar'))));
+    const noted = await fetch(new URL(`${links.archive}?container=${DIGEST}`, daemon.url));
+    assert.ok(Buffer.from(await noted.arrayBuffer()).equals(readFileSync(at('a.tar'))));
+    const partly = await fetch(new URL(links.archive, daemon.url), { headers: { range: 'bytes=512-1023' } });
+    assert.equal(partly.status, 206);
+    assert.ok(Buffer.from(await partly.arrayBuffer()).equals(bytes.subarray(512, 1024)));
+  } finally {
+    c.close();
+    await daemon.stop();
   }
 });
 

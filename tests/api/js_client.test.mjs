@@ -48,6 +48,12 @@ test('a session moves, changes, forks, and is gone at the end', async () => {
   assert.equal(position.tick, 180);
   assert.equal(typeof (await session.metric(ERROR)), 'number');
   assert.equal((await session.trace()).trim().split('\n').length, 182);
+  assert.deepEqual(
+    (await session.table({ from_s: 1, to_s: 1.5 })).map((row) => row.tick),
+    Array.from({ length: 31 }, (_, i) => 60 + i),
+  );
+  assert.ok((await session.table({ of: 'packets', to_s: 1 })).some((row) => row.type === 'input' && row.player === 0));
+  assert.equal(new TextDecoder().decode((await session.parquet({ of: 'entities' })).subarray(0, 4)), 'PAR1');
   assert.equal((await session.state(60)).tick, 60);
   const fork = await session.fork();
   assert.equal((await fork.info()).tick, 180);
@@ -141,6 +147,9 @@ test('an experiment reports its progress, and its rows are those of a sweep', as
   );
   assert.equal((await experiment.table({ points: true })).length, 2);
   assert.match(await experiment.report(), /<svg/);
+  const file = path.join(daemon.data, 'order.tar');
+  writeFileSync(file, await experiment.archive());
+  assert.equal(JSON.parse((await run(BINARY, ['verify', file, '--all'])).stdout).equal, 8);
   const session = await experiment.open(3);
   assert.equal((await session.info()).tick, 0);
   await session.delete();
@@ -180,9 +189,21 @@ test('the package that a daemon serves is installed by npm, offline, and has typ
     await run('npm', ['install', '--no-audit', '--no-fund', './laglab.tgz'], { cwd: folder, env: environment });
     writeFileSync(
       path.join(folder, 'program.ts'),
-      `import { connect, EVENTS_TYPE, type Session } from 'laglab';
+      `import { connect, EVENTS_TYPE, type Answer, type Schemas, type Session } from 'laglab';
 const lab = await connect(process.argv[2] ?? '');
 const session: Session = await lab.session('race', { playing: true });
+const info: Answer<'getSession'> = await session.info();
+const speed: number = info.speed;
+if (info.params.kind === 'netgame') {
+  const lag: number | undefined = info.params.players?.[0]?.lag_ms;
+  // @ts-expect-error a player has no such parameter
+  info.params.players?.[0]?.lagg_ms;
+  console.log(typeof speed, typeof lag);
+}
+// @ts-expect-error a session has no such member
+info.pace;
+// @ts-expect-error an experiment's metrics are texts
+const wish: Partial<Schemas['Experiment']> = { metrics: [1] };
 for await (const frame of session.stream({ scene: 60 })) {
   const car = frame.entities[0];
   if (car) {
@@ -199,7 +220,7 @@ await session.delete();
     const types = ['--types', 'node', '--typeRoots', path.join(ROOT, 'node_modules/@types'), '--lib', 'es2022,dom,dom.iterable'];
     const compile = ['--strict', '--target', 'es2022', '--module', 'nodenext', '--skipLibCheck', ...types, 'program.ts'];
     await run(path.join(ROOT, 'node_modules/.bin/tsc'), compile, { cwd: folder }).catch((error) => assert.fail(error.stdout));
-    assert.equal((await run(process.execPath, ['program.js', daemon.url], { cwd: folder })).stdout, 'number number\n');
+    assert.equal((await run(process.execPath, ['program.js', daemon.url], { cwd: folder })).stdout, 'number number\nnumber number\n');
   } finally {
     rmSync(folder, { recursive: true, force: true });
   }

@@ -8,7 +8,7 @@ import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { metricRow } from '../../www/js/base/metrics.js';
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, help: string, null?: string}} Row */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rate?: boolean, rare?: boolean, help: string, null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
 
 const DISTRIBUTION = ['mean', 'rms', 'p50', 'p95', 'p99', 'max', 'count'];
@@ -209,4 +209,8 @@ test('the rows say which metrics are signed and which are rare', () => {
   assert.equal(row('rigid', '', 'drift_m').signed, undefined);
   assert.equal(row('netgame', 'players.*', 'visible_corrections').rare, true);
   assert.equal(row('netgame', 'players.*', 'corrections').rare, undefined);
+  assert.deepEqual(
+    ['visible_corrections_per_s', 'visible_corrections'].map((name) => row('netgame', 'players.*', name).rate),
+    [true, undefined],
+  );
 });

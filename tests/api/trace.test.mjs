@@ -1,12 +1,13 @@
 // Traces of a run: drawn positions, packets and corrections as tables, in every format.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { DuckDBInstance } from '@duckdb/node-api';
-import { BINARY } from '../lib/daemon.mjs';
+import { client, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 let folder;
 const at = (/** @type {string} */ name) => path.join(folder, name);
@@ -140,4 +141,72 @@ test('other kinds have their records, and what is no table is refused before the
   refused(/--trace-of: must be RECORD=FILE; got entities/, 'entities');
   refused(/--trace-of: must be RECORD=FILE/, 'entities=');
   assert.equal(existsSync(at('x.csv')), false);
+});
+
+/** What each format has, as rows. @type {[string, string, (file: string) => Promise<any[]>][]} */
+const FORMATS = [
+  ['application/x-ndjson', 'rest.ndjson', async (name) => ndjson(name)],
+  ['application/json', 'rest.json', async (name) => JSON.parse(readFileSync(at(name), 'utf8'))],
+  ['text/csv', 'rest.csv', async (name) => csv(name)],
+  [
+    'application/vnd.apache.parquet',
+    'rest.parquet',
+    async (name) => {
+      const connection = await (await DuckDBInstance.create(':memory:')).connect();
+      return (await connection.runAndReadAll(`SELECT * FROM read_parquet('${at(name)}')`)).getRowObjectsJson();
+    },
+  ],
+];
+
+/** A trace of a daemon in every format, each with the rows of the command line. @param {URL} url @param {any[]} wanted */
+async function inEveryFormat(url, wanted) {
+  for (const [type, name, read] of FORMATS) {
+    const answer = await fetch(url, { headers: { accept: type } });
+    assert.equal(answer.status, 200, `${url} ${type}`);
+    assert.equal((answer.headers.get('content-type') ?? '').split(';')[0], type);
+    assert.match(answer.headers.get('vary') ?? '', /\bAccept,/);
+    writeFileSync(at(name), Buffer.from(await answer.arrayBuffer()));
+    const rows = await read(name);
+    assert.equal(rows.length, wanted.length, `${url} ${type}`);
+    assert.deepEqual(Object.keys(rows[0]), Object.keys(wanted[0]), type);
+    for (const [k, row] of rows.entries())
+      for (const [column, value] of Object.entries(wanted[k]))
+        if (typeof value === 'number') assert.equal(Number(row[column]), value, `${type}: ${column} of row ${k}`);
+        else assert.equal(String(row[column] ?? ''), String(value ?? ''), `${type}: ${column} of row ${k}`);
+  }
+}
+
+test('a daemon gives the same by Accept, of a session and of a run', async () => {
+  const daemon = await startDaemon(),
+    c = client(daemon.url);
+  const set = { 'players.0.link.up.loss_pct': 10, 'players.0.lag_ms': 60, warmup_s: 0, duration_s: 4 };
+  const within = (/** @type {any[]} */ rows, /** @type {number} */ from, /** @type {number} */ to) =>
+    rows.filter((row) => row.session_tick >= from && row.session_tick <= to);
+  try {
+    const session = await c.make({ scenario: 'contact', set, paused: true });
+    await c.control(session, { op: 'seek', time_s: 4 });
+    const of = (/** @type {string} */ query) => new URL(`${session.links.trace}?${query}`, daemon.url);
+    for (const name of ['events', 'corrections']) await inEveryFormat(of(`of=${name}`), ndjson(`${name}.ndjson`));
+    await inEveryFormat(of('of=entities&from_s=1&to_s=1.5'), within(ndjson('drawn.ndjson'), 60, 90));
+    // Events before the first tick are left out, and none is there twice.
+    await inEveryFormat(of('of=events&from_s=1.2&to_s=2.7'), within(ndjson('events.ndjson'), 72, 162));
+    const ticks = await (await fetch(of('format=json'))).json(),
+      lines = csv('ticks.csv');
+    assert.deepEqual(Object.keys(ticks[0]), Object.keys(lines[0] ?? {}));
+    for (const [k, row] of ticks.entries())
+      for (const name of ['time_s', 'tick', 'player_1_view_age_ms', 'server_0_x_m'])
+        assert.ok(Math.abs(row[name] - Number(lines[k]?.[name])) <= 1e-8 * Math.abs(row[name]), name);
+    assert.equal(await (await fetch(of(''))).text(), readFileSync(at('ticks.csv'), 'utf8'), 'without Accept it is CSV of ticks');
+
+    const order = { scenario: 'contact', set, metrics: ['players.0.remote_error_m.mean'] };
+    const { id } = (await c.call('POST', '/api/v1/experiments', { body: order })).json;
+    await waitFor(async () => (await c.get(`/api/v1/experiments/${id}`)).json.state === 'done', 'the experiment', 20000);
+    await inEveryFormat(new URL(`/api/v1/experiments/${id}/runs/0/trace?of=corrections`, daemon.url), ndjson('corrections.ndjson'));
+    const refused = await c.get(`${session.links.trace}?of=paths`);
+    assert.equal(refused.status, 400);
+    assert.match(refused.json.detail, /^of: must be one of events, packets, corrections, views, entities, .*; got paths/);
+  } finally {
+    c.close();
+    await daemon.stop();
+  }
 });

@@ -1,8 +1,12 @@
 // The Experiments view: writing, estimating, running, watching, reading and opening experiments; reload; accessibility.
 import assert from 'node:assert/strict';
+import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { SIZES, api, axe, launch, reads, sessionOf, settles, until } from './lib.mjs';
+
+const SHOTS = process.env.LAGLAB_SHOTS ?? '';
+if (SHOTS) mkdirSync(SHOTS, { recursive: true });
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -216,6 +220,72 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
   await close();
 });
 
+test('windows: by time, while a condition holds, renamed, refused at its fields, run, and edited again', async () => {
+  const { page, complaints, close } = await open();
+  const error = 'players.0.remote_error_m.mean',
+    latency = 'players.0.input_latency_ms.mean';
+  await page.getByRole('button', { name: 'Add a value' }).click();
+  await page.getByLabel(/^Value of Duration/).fill('6');
+  await page.locator('[data-axis="0.values"]').fill('0, 100');
+  await settles(async () => (await specification(page)).windows, undefined);
+  await page.locator('#add-window').click();
+  // Of what is chosen, the second half.
+  await settles(async () => (await specification(page)).windows, [{ name: 'part_1', from_s: 3 }]);
+  await settles(async () => (await specification(page)).metrics, [latency, error, `${latency}@part_1`, `${error}@part_1`]);
+  await page.locator(`[data-windowed="${latency}@part_1"]`).uncheck();
+  await page.locator('[data-window-name="0"]').fill('Späte Zeit');
+  await settles(() => page.locator('[data-window-name="0"]').inputValue(), 'spate_zeit');
+  await page.locator('[data-windowed="counted_s@spate_zeit"]').check();
+  await page.locator('#window-0-to').fill('5');
+  await page.locator('#add-window').click();
+  await page.locator('[data-window-while="1"]').check();
+  await page.locator('#window-1-from').fill('');
+  await page.getByLabel('Condition of window part_2').getByLabel('Value').selectOption({ label: 'Age of information (ms)' });
+  await page.locator('#window-1-above').fill('100');
+  await page.selectOption('#error', `${error}@spate_zeit`);
+  const windows = [
+    { name: 'spate_zeit', from_s: 3, to_s: 5 },
+    { name: 'part_2', while: { value: 'player_0_age_of_information_ms', above: 100 } },
+  ];
+  await settles(async () => (await specification(page)).windows, windows);
+  await counted(page);
+  await page.locator('#window-0-to').fill('2');
+  await page
+    .locator('#wrong-windows-0')
+    .filter({ hasText: /to_s: must be above from_s, which is 3 s/ })
+    .waitFor({ timeout: 5000 });
+  await settles(() => page.locator('#window-0-to').getAttribute('aria-invalid'), 'true');
+  await settles(() => page.locator('#run').isDisabled(), true);
+  await page.locator('#window-0-to').fill('5');
+  await page.locator('[data-window-name="1"]').fill('spate_zeit');
+  await settles(() => page.locator('[data-window-name="1"]').inputValue(), 'spate_zeit_', 'two windows of one name would be one');
+  await page.locator('[data-window-name="1"]').fill('part_2');
+  const order = await specification(page);
+  assert.equal(order.error, `${error}@spate_zeit`);
+  assert.deepEqual(order.windows, windows);
+  await counted(page);
+  await page.locator('#wrong-windows-0').waitFor({ state: 'detached' });
+  await page.locator('#run').click();
+  await done(page);
+  await page.locator('tr[data-point="1"]').waitFor();
+  const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
+  assert.deepEqual(
+    rows.map((row) => row['counted_s@spate_zeit']),
+    [2, 2],
+  );
+  assert.notEqual(rows[1][`${error}@spate_zeit`], rows[1][error]);
+  await reads(page.locator('.points thead'), /Player A: Others, error, mean \(m\), in window spate_zeit/);
+  await page.locator('#again').click();
+  await page.locator('#new').click();
+  await settles(async () => (await specification(page)).windows, windows, 'what was run is the form again');
+  await page.getByRole('button', { name: 'Remove window spate_zeit' }).click();
+  await settles(async () => (await specification(page)).windows, windows.slice(1));
+  await settles(async () => (await specification(page)).metrics.filter((name) => /spate_zeit/.test(name)), []);
+  await settles(async () => (await specification(page)).error, undefined);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('a front of several metrics is chosen, marked in the table as a search without the page finds it', async () => {
   const { page, complaints, close } = await open();
   await begin(page, 'experiments/lag_techniques');
@@ -402,7 +472,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const same = (await api(daemon.url, 'experiments', order)).body;
   await until(async () => (await api(daemon.url, `experiments/${same.id}`)).body.state === 'done', 'the same by the line');
   assert.deepEqual((await api(daemon.url, `experiments/${same.id}/results?points=true&format=json`)).body, rows);
-  await settles(() => page.locator('.files a').count(), 11);
+  await settles(() => page.locator('.files a').count(), 12);
   const links = await page.locator('.files a').evaluateAll((all) => all.map((a) => /** @type {HTMLAnchorElement} */ (a).href));
   for (const link of links) assert.equal((await fetch(link)).status, 200, link);
 
@@ -545,7 +615,12 @@ for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 7
     await page.selectOption('#sampling', 'saltelli');
     await page.locator('#until').check();
     await page.locator('.until').waitFor();
+    await page.locator('#add-window').click();
+    await page.locator('[data-window-while="0"]').check();
+    await page.locator('[data-window-value="0"] option').nth(1).waitFor({ state: 'attached' });
     assert.deepEqual(await axe(page), [], 'the form with all that it has');
+    if (SHOTS) await page.locator('#windows').screenshot({ path: `${SHOTS}/windows-${size.name}.png` });
+    await page.getByRole('button', { name: 'Remove window part_1' }).click();
     await page.locator('#until').uncheck();
     await page.locator('#repeats').fill('1');
     await page.selectOption('#sampling', 'none');

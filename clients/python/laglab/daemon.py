@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import pathlib
 import time
 from types import TracebackType
 from typing import Any, Callable, Iterator, Mapping, Sequence
@@ -186,9 +188,19 @@ class Session:
         """One of them, such as `players.0.remote_error_m.mean`."""
         return value_at(self.metrics(), path)
 
-    def trace(self, **query: Any) -> str:
-        """A line of CSV for each tick, for `pandas.read_csv(io.StringIO(...))`."""
-        return self.daemon.request("GET", f"sessions/{self.id}/trace", key=self.key, query=query, accept="text/csv").decode()
+    def trace(self, of: str = "ticks", *, from_s: float | None = None, to_s: float | None = None) -> Any:
+        """What happened, from tick 0 to now, as a DataFrame, without pandas a Table: a row for each tick. Of `entities`,
+        or another record of the stream, the rows at every tick; of `packets`, `corrections` or `events` each once."""
+        return table(self._json("GET", "/trace", query={"of": of, "from_s": from_s, "to_s": to_s}))
+
+    def trace_file(
+        self, path: str | os.PathLike[str], of: str = "ticks", *, from_s: float | None = None, to_s: float | None = None
+    ) -> pathlib.Path:
+        """The same as a file, whose format is its ending: csv, ndjson, json, parquet or sqlite."""
+        target = pathlib.Path(path)
+        query = {"of": of, "from_s": from_s, "to_s": to_s, "format": target.suffix[1:]}
+        target.write_bytes(self.daemon.request("GET", f"sessions/{self.id}/trace", key=self.key, query=query, accept="*/*"))
+        return target
 
     def log(self) -> str:
         """The log, which `laglab replay` runs again."""
@@ -279,6 +291,14 @@ class Experiment:
     def report(self) -> str:
         """A standalone page with plots and tables."""
         return self.daemon.request("GET", f"experiments/{self.id}/report", accept="text/html").decode()
+
+    def archive(self, path: str | os.PathLike[str], *, container: str | None = None) -> pathlib.Path:
+        """Writes the whole experiment as one tar file, which `laglab verify` checks on any machine. All runs must be done.
+        `container`: digest of the image that made the rows, as sha256:..."""
+        target = pathlib.Path(path)
+        query = {"container": container}
+        target.write_bytes(self.daemon.request("GET", f"experiments/{self.id}/archive", query=query, accept="application/x-tar"))
+        return target
 
     def open(self, run: int) -> Session:
         """One run as a live session, paused at its start."""

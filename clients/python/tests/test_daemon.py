@@ -1,5 +1,6 @@
 """Sessions, streams and experiments on a daemon of its own."""
 
+import json
 import os
 import re
 import subprocess
@@ -45,7 +46,11 @@ class WithDaemon(unittest.TestCase):
             self.assertEqual(position["hash"], alone.hash)
             self.assertEqual(session.metric(ERROR), alone[ERROR])
             self.assertEqual(session.state()["tick"], 180)
-            self.assertEqual(len(session.trace().splitlines()), 182)
+            self.assertEqual(column(session.trace(), "tick"), list(range(181)))
+            self.assertEqual(set(column(session.trace("entities", from_s=1, to_s=1), "session_tick")), {60})
+            self.assertIn("state", set(column(session.trace("packets"), "type")))
+            written = session.trace_file(os.path.join(self.folder.name, "drawn.parquet"), "entities")
+            self.assertEqual((written.read_bytes()[:4], written.read_bytes()[-4:]), (b"PAR1", b"PAR1"))
             self.assertEqual(session.step(-60)["tick"], 120)
         with self.assertRaises(laglab.LaglabError) as caught:
             session.info()
@@ -95,6 +100,9 @@ class WithDaemon(unittest.TestCase):
         self.assertEqual(column(rows, "hash"), column(local, "hash"))
         self.assertEqual(len(made.table(points=True)), 2)
         self.assertIn("<svg", made.report())
+        kept = made.archive(os.path.join(self.folder.name, "lag.tar"))
+        checked = subprocess.run([PROGRAM, "verify", str(kept), "--all"], capture_output=True, text=True)
+        self.assertEqual((checked.returncode, json.loads(checked.stdout)["equal"]), (0, 8), checked.stderr)
         with made.open(3) as session:
             self.assertEqual(session.info()["tick"], 0)
         made.delete()

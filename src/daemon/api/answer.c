@@ -5,12 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/support/gzip.h"
+#include "experiment/format/temporary.h"
 
 /* ---- tags ---- */
 
@@ -130,12 +129,7 @@ static void choose_part(const ll_http_request *request, ll_http_response *respon
 
 FILE *ll_answer_open(const ll_answer *answer, ll_status *status)
 {
-    int fd = open(answer->folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-    if (fd < 0)
-        fd = memfd_create("laglab-answer", MFD_CLOEXEC);
-    FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
-    if (fd >= 0 && !file)
-        close(fd);
+    FILE *file = ll_temporary_open(answer->folder);
     *status = file ? ll_ok() : ll_error(LL_IO, "Cannot create a temporary file for the answer.");
     return file;
 }
@@ -183,4 +177,46 @@ void ll_answer_send(const ll_http_request *request, ll_http_response *response, 
     if (compressed)
         ll_http_set_header(response, "Content-Encoding", "gzip");
     choose_part(request, response, answer);
+}
+
+/* ---- tables ---- */
+
+static void media_type(const ll_format *format, char type[80])
+{
+    snprintf(type, 80, "%.*s", (int)strcspn(format->type, ";"), format->type);
+}
+
+const ll_format *ll_answer_format(const ll_http_request *request, ll_http_response *response)
+{
+    const char *name = ll_http_query(request, "format");
+    const ll_format *best = name ? ll_format_find(name, strlen(name)) : NULL;
+    double best_quality = 0, quality;
+    char type[80];
+    for (int i = 0; !name && ll_formats[i]; i++) {
+        media_type(ll_formats[i], type);
+        if (ll_http_accepts(request, type, &quality) && quality > best_quality) {
+            best = ll_formats[i];
+            best_quality = quality;
+        }
+    }
+    if (best)
+        return best;
+    ll_status error =
+        name ? ll_field_error(LL_BAD_INPUT, "format",
+                              "format: must be one of csv, ndjson, json, parquet, sqlite; got `%.40s`.", name)
+             : ll_error(LL_BAD_INPUT, "Accept: must allow text/csv, application/x-ndjson, application/json, "
+                                      "application/vnd.apache.parquet or application/vnd.sqlite3.");
+    ll_http_problem_as(response, request, name ? 400 : 406, &error);
+    return NULL;
+}
+
+enum { TRACE_ROWS = 1000000 }; /* of one answer, unless they are ticks in CSV */
+
+ll_trace_request ll_answer_trace(const ll_http_request *request, const ll_interrupt *interrupt)
+{
+    const char *of = ll_http_query(request, "of");
+    return (ll_trace_request){.of = of && strcmp(of, "ticks") != 0 ? of : NULL,
+                              .name = "of",
+                              .rows_max = TRACE_ROWS,
+                              .interrupt = interrupt};
 }

@@ -11,6 +11,7 @@
 
 #include "base/status.h"
 #include "daemon/http/http.h"
+#include "experiment/format/trace_table.h"
 
 typedef struct ll_answer {
     const char *type;   /* Content-Type */
@@ -28,3 +29,9 @@ FILE *ll_answer_open(const ll_answer *answer, ll_status *status); /* NULL: see `
 /* Takes ownership of `file` (may be NULL). If `status` is an error, that is the answer. */
 void ll_answer_send(const ll_http_request *request, ll_http_response *response, const ll_answer *answer,
                     const ll_status *status, FILE *file);
+
+/* The format of a table, by the query's `format`, else by Accept. NULL: refused, and answered. */
+const ll_format *ll_answer_format(const ll_http_request *request, ll_http_response *response);
+
+/* A trace of what the query's `of` names, without ticks; absent or `ticks`: the columns of the trace. */
+ll_trace_request ll_answer_trace(const ll_http_request *request, const ll_interrupt *interrupt);

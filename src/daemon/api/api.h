@@ -97,8 +97,8 @@ ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_packets, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
-    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
-    ll_get_experiment_library;
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_archive, ll_get_experiment_trace,
+    ll_get_experiment_schema, ll_get_experiment_library;
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;

@@ -7,6 +7,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "daemon/api/answer.h"
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
@@ -19,10 +20,13 @@ enum { LIGHT_BYTES = 6 << 20 }; /* a session of this size is read within about a
 
 /* `fill` writes the answer while the session is locked, or makes a copy and sets how to finish from it. */
 typedef struct reader {
+    ll_api *api;
+    const ll_http_request *request;
     ll_session *copy; /* NULL: the answer is complete */
     const char *type; /* of what is finished from the copy; NULL: JSON */
     int64_t from, to, reserved;
-    int interface; /* of packets */
+    int interface;           /* of packets */
+    const ll_format *format; /* of a trace */
 } reader;
 typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_http_response *response,
                        reader *r);
@@ -47,7 +51,7 @@ static ll_status read_or_copy(ll_session_entry *session_entry, const ll_http_req
 static void reading(ll_api *api, const ll_http_request *request, ll_http_response *response, fill *write,
                     finish *end)
 {
-    reader r = {0};
+    reader r = {.api = api, .request = request};
     ll_session_entry *session_entry = ll_api_session(api, request, response);
     if (!session_entry)
         return;
@@ -168,19 +172,43 @@ static ll_status at_most(const reader *r, int64_t ticks, const char *of)
 static ll_status fill_trace(ll_session *session, const ll_http_request *request, ll_http_response *response,
                             reader *r)
 {
-    (void)response;
     ll_session_info info = ll_session_get_info(session);
+    ll_trace_request wanted = ll_answer_trace(request, NULL);
     LL_TRY(query_ticks(request, &info, &r->from, &r->to));
     LL_TRY(at_most(r, TRACE_ROWS, ""));
-    r->type = "text/csv; charset=utf-8";
+    if (wanted.of)
+        LL_TRY(ll_trace_table_check(session, wanted.name, wanted.of));
+    r->format = ll_answer_format(request, response);
+    r->type = r->format->type;
     return ll_session_copy(session, r->to, &r->copy);
+}
+
+/* CSV of ticks; other tables are files. */
+static bool is_text(const reader *r, const ll_trace_request *wanted)
+{
+    return !wanted->of && r->format == ll_formats[0];
 }
 
 static ll_status finish_trace(reader *r, ll_task *task, ll_http_response *response)
 {
     ll_interrupt interrupt = ll_task_interrupt(task);
-    snprintf(response->type, sizeof response->type, "%s", r->type);
-    return ll_session_write_trace(r->copy, r->from, r->to, &interrupt, append, response);
+    ll_trace_request wanted = ll_answer_trace(r->request, &interrupt);
+    ll_trace_table *table = NULL;
+    ll_status status;
+    wanted.from = r->from;
+    wanted.to = r->to;
+    ll_http_set_header(response, "Vary", "Accept, Accept-Encoding");
+    if (is_text(r, &wanted)) {
+        snprintf(response->type, sizeof response->type, "%s", r->type);
+        return ll_session_write_trace(r->copy, r->from, r->to, &interrupt, append, response);
+    }
+    const ll_answer answer = {.type = r->type, .folder = ll_host_get_config(r->api->host)->data};
+    FILE *file = ll_answer_open(&answer, &status);
+    LL_THEN(status, ll_trace_table_new(r->copy, &wanted, &table));
+    LL_THEN(status, r->format->write(ll_trace_table_get(table), file));
+    ll_trace_table_free(table);
+    ll_answer_send(r->request, response, &answer, &status, file);
+    return ll_ok();
 }
 
 static ll_status fill_packets(ll_session *session, const ll_http_request *request, ll_http_response *response,
@@ -235,7 +263,8 @@ void ll_get_metrics(void *context, const ll_http_request *request, ll_http_respo
 
 void ll_get_trace(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    reading(context, request, response, fill_trace, finish_trace);
+    if (ll_answer_format(request, response))
+        reading(context, request, response, fill_trace, finish_trace);
 }
 
 void ll_get_packets(void *context, const ll_http_request *request, ll_http_response *response)

@@ -7,6 +7,9 @@
  */
 #pragma once
 
+#include <stdio.h>
+
+#include "base/interrupt.h"
 #include "base/version.h"
 #include "experiment/store/result_store.h"
 
@@ -25,9 +28,18 @@ typedef enum ll_archive_file {
 
 extern const char *const ll_archive_names[LL_ARCHIVE_FILES];
 
-/* Writes the experiment `id` of a store, all of whose rows must be there, to the file `path`, under a
- * temporary name until it is complete. `container`: digest of the image that made the rows, as sha256: and 64
- * hexadecimal digits; NULL: unknown. */
+typedef struct ll_archive_wish {
+    const char *container; /* digest of the image that made the rows, as sha256: and 64 hexadecimal digits;
+                              NULL: unknown */
+    const char *folder;    /* for temporary files; in memory where it cannot be written */
+    const ll_interrupt *interrupt; /* NULL: none */
+} ll_archive_wish;
+
+/* Writes the experiment `id` of a store, all of whose rows must be there, to the end of an open file. */
+ll_status ll_archive_write_to(ll_result_store *store, const char *id, const ll_archive_wish *wish,
+                              FILE *file);
+
+/* The same as the file `path`, under a temporary name until it is complete. */
 ll_status ll_archive_write(ll_result_store *store, const char *id, const char *container, const char *path);
 
 /* LL_BAD_INPUT: not such a digest. */

@@ -1,5 +1,5 @@
 /* Plain files in one file: ustar (POSIX.1-2017, pax), without folders, links, owners and times, so that the
- * same files give the same bytes. */
+ * same files give the same bytes. By libarchive. */
 #pragma once
 
 #include <stdint.h>
@@ -14,9 +14,8 @@ typedef struct ll_tar_member {
     int64_t offset, size; /* of its bytes in the archive */
 } ll_tar_member;
 
-/* Appends all of `content`, from its beginning, under a name without `/`; and what ends an archive. */
-ll_status ll_tar_add(FILE *archive, const char *name, FILE *content);
-ll_status ll_tar_end(FILE *archive);
+/* Writes an archive of all of these files, each from its beginning, under names without `/`. */
+ll_status ll_tar_write(FILE *archive, const char *const *names, FILE *const *contents, int count);
 
 /* Lists the members. Reads nothing beyond the file, for any size that it claims, and refuses everything but
  * plain files with plain names, damaged headers, and bytes that no member has. LL_BAD_INPUT says what and

@@ -7,10 +7,12 @@
 
 #include "experiment/archive/internal.h"
 #include "experiment/archive/rows.h"
+#include "experiment/format/temporary.h"
 
 typedef struct writing {
     ll_result_store *store;
-    const char *id, *container;
+    const char *id;
+    const ll_archive_wish *wish;
     ll_experiment_record record;
     ll_experiment *experiment;
     FILE *files[LL_ARCHIVE_FILES]; /* temporary */
@@ -67,12 +69,31 @@ static ll_archive_put *const derived[LL_ARCHIVE_FILES] = {[LL_ARCHIVE_CSV] = ll_
                                                           [LL_ARCHIVE_ROWS] = put_rows,
                                                           [LL_ARCHIVE_REPORT] = ll_archive_put_report};
 
+/* Rows of the store; asks from time to time whether to go on. */
+typedef struct source {
+    ll_stored_rows rows;
+    const ll_interrupt *interrupt;
+    int64_t given;
+} source;
+
+enum { ASK_EVERY = 64 };
+
+static bool next_row(void *context, ll_row *row, ll_status *status)
+{
+    source *s = context;
+    if (s->interrupt && s->given++ % ASK_EVERY == 0 && !s->interrupt->go_on(s->interrupt->context)) {
+        *status = ll_error(LL_INTERRUPTED, "interrupted");
+        return false;
+    }
+    return ll_stored_rows_next(&s->rows, row, status);
+}
+
 static ll_status put_derived(const writing *w, ll_archive_put *put, FILE *file)
 {
-    ll_stored_rows rows;
-    ll_status status = ll_stored_rows_open(&rows, w->store, w->id);
-    LL_THEN(status, put(w->experiment, w->record.version, ll_stored_rows_next, &rows, file));
-    ll_stored_rows_close(&rows);
+    source s = {.interrupt = w->wish->interrupt};
+    ll_status status = ll_stored_rows_open(&s.rows, w->store, w->id);
+    LL_THEN(status, put(w->experiment, w->record.version, next_row, &s, file));
+    ll_stored_rows_close(&s.rows);
     return status;
 }
 
@@ -88,7 +109,8 @@ static ll_status put_specification(const writing *w, FILE *file)
 
 static ll_status put_file(const writing *w, ll_archive_file which, FILE *file)
 {
-    const ll_archive_about about = {w->record.version, w->container ? w->container : "", w->entries};
+    const ll_archive_about about = {w->record.version, w->wish->container ? w->wish->container : "",
+                                    w->entries};
     if (derived[which])
         return put_derived(w, derived[which], file);
     if (which == LL_ARCHIVE_MANIFEST)
@@ -104,7 +126,7 @@ static ll_status put_file(const writing *w, ll_archive_file which, FILE *file)
 
 static ll_status make_file(writing *w, ll_archive_file which)
 {
-    FILE *file = w->files[which] = tmpfile();
+    FILE *file = w->files[which] = ll_temporary_open(w->wish->folder);
     if (!file)
         return ll_error(LL_IO, "cannot create a temporary file");
     ll_status status = put_file(w, which, file);
@@ -129,35 +151,33 @@ static ll_status make_files(writing *w)
 
 /* ---- the archive ---- */
 
-static ll_status write_tar(const writing *w, const char *path)
+ll_status ll_archive_write_to(ll_result_store *store, const char *id, const ll_archive_wish *wish, FILE *file)
 {
-    char temporary[4096];
-    snprintf(temporary, sizeof temporary, "%s.part", path);
-    FILE *archive = fopen(temporary, "wb");
-    if (!archive)
-        return ll_error(LL_IO, "cannot write %.200s", temporary);
-    ll_status status = ll_ok();
+    writing w = {.store = store, .id = id, .wish = wish};
+    ll_status status = wish->container ? ll_archive_container("container", wish->container) : ll_ok();
+    LL_THEN(status, read_experiment(&w));
+    LL_THEN(status, make_files(&w));
+    LL_THEN(status, ll_tar_write(file, ll_archive_names, w.files, LL_ARCHIVE_FILES));
     for (int i = 0; i < LL_ARCHIVE_FILES; i++)
-        LL_THEN(status, ll_tar_add(archive, ll_archive_names[i], w->files[i]));
-    LL_THEN(status, ll_tar_end(archive));
-    bool good = fclose(archive) == 0;
-    if (!ll_failed(&status) && (!good || rename(temporary, path) != 0))
-        status = ll_error(LL_IO, "cannot write %.200s", path);
-    if (ll_failed(&status))
-        unlink(temporary);
+        if (w.files[i])
+            fclose(w.files[i]);
+    ll_experiment_free(w.experiment);
     return status;
 }
 
 ll_status ll_archive_write(ll_result_store *store, const char *id, const char *container, const char *path)
 {
-    writing w = {.store = store, .id = id, .container = container};
-    ll_status status = container ? ll_archive_container("container", container) : ll_ok();
-    LL_THEN(status, read_experiment(&w));
-    LL_THEN(status, make_files(&w));
-    LL_THEN(status, write_tar(&w, path));
-    for (int i = 0; i < LL_ARCHIVE_FILES; i++)
-        if (w.files[i])
-            fclose(w.files[i]);
-    ll_experiment_free(w.experiment);
+    char temporary[4096];
+    snprintf(temporary, sizeof temporary, "%s.part", path);
+    FILE *file = fopen(temporary, "wb");
+    if (!file)
+        return ll_error(LL_IO, "cannot write %.200s", temporary);
+    const ll_archive_wish wish = {.container = container, .folder = P_tmpdir};
+    ll_status status = ll_archive_write_to(store, id, &wish, file);
+    bool good = fclose(file) == 0;
+    if (!ll_failed(&status) && (!good || rename(temporary, path) != 0))
+        status = ll_error(LL_IO, "cannot write %.200s", path);
+    if (ll_failed(&status))
+        unlink(temporary);
     return status;
 }

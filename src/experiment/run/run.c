@@ -231,8 +231,8 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
     return status.code == LL_INTERRUPTED || status.code == LL_NO_MEMORY ? status : ll_ok();
 }
 
-ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
-                              void (*write)(void *context, const char *text, size_t length), void *context)
+ll_status ll_experiment_read_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
+                                 ll_run_reader *read, void *context)
 {
     ll_session *session = NULL;
     bool stopped = false;
@@ -242,9 +242,27 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_inte
     ll_session *copy = NULL;
     ll_status status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);
     if (copy)
-        status = ll_session_write_trace(copy, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, interrupt,
-                                        write, context);
+        status = read(context, copy, ll_failed(&ended) && tick > 0 ? tick - 1 : tick);
     ll_session_destroy(copy);
     ll_session_destroy(session);
     return status;
+}
+
+typedef struct csv_writer {
+    const ll_interrupt *interrupt;
+    void (*write)(void *context, const char *text, size_t length);
+    void *context;
+} csv_writer;
+
+static ll_status write_csv(void *context, ll_session *copy, int64_t to)
+{
+    const csv_writer *w = context;
+    return ll_session_write_trace(copy, 0, to, w->interrupt, w->write, w->context);
+}
+
+ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
+                              void (*write)(void *context, const char *text, size_t length), void *context)
+{
+    csv_writer w = {interrupt, write, context};
+    return ll_experiment_read_run(e, run, interrupt, write_csv, &w);
 }

@@ -139,7 +139,12 @@ ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const 
 /* The scenario of a run, with the workload, to open it live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);
 
-/* The trace of a run as CSV, as from `laglab run --trace`; the run is repeated for it. It ends where the run
- * ended, or at the last tick before it diverged. LL_BAD_INPUT: the run was refused. */
+/* Repeats a run, and has its ticks read from a copy at tick 0: up to `to`, where it ended, or the last tick
+ * before it diverged. LL_BAD_INPUT: the run was refused. */
+typedef ll_status ll_run_reader(void *context, ll_session *copy, int64_t to);
+ll_status ll_experiment_read_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
+                                 ll_run_reader *read, void *context);
+
+/* The trace of a run as CSV, as from `laglab run --trace`. */
 ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context);

@@ -50,7 +50,8 @@ assert.equal(expect(await call('patch', '/api/v1/sessions/{id}/params', { path: 
 expect(await call('post', '/api/v1/sessions/{id}/input', { path: { id }, key: player_keys[0], body: { player: 0, axes: [1, 0] } }), 200);
 assert.equal(expect(await call('get', '/api/v1/sessions/{id}/state', { path: { id }, query: { tick: 3 } }), 200).body.tick, 3);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/metrics', { path: { id } }), 200).body.hash, /^[0-9a-f]{16}$/);
-assert.match(expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1 } }), 200).body, /^time_s,tick/);
+assert.match(String(expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1 } }), 200).body), /^time_s,tick/);
+expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1, of: 'packets', format: 'json' } }), 200);
 assert.ok(expect(await call('get', '/api/v1/sessions/{id}/packets', { path: { id }, query: { to_s: 0.1 } }), 200).body.length > 1000);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/log', { path: { id } }), 200).body, /"create"/);
 const fork = expect(await call('post', '/api/v1/sessions/{id}/fork', { path: { id }, body: { paused: true } }), 201).body;
@@ -71,6 +72,7 @@ assert.ok(expect(await call('get', '/api/v1/experiments', { key: operator }), 20
 const rows = expect(await call('get', '/api/v1/experiments/{id}/results', { ...at, query: { format: 'json' } }), 200);
 expect(await call('get', '/api/v1/experiments/{id}/results', { ...at, query: { format: 'json' }, headers: { 'if-none-match': rows.headers.get('etag') ?? '' } }), 304);
 expect(await call('get', '/api/v1/experiments/{id}/report', at), 200);
+expect(await call('get', '/api/v1/experiments/{id}/archive', at), 200);
 const run = expect(await call('get', '/api/v1/experiments/{id}/runs/{run}', { path: { ...at.path, run: 1 } }), 200).body;
 assert.ok(run.kind === 'motion' && run.methods?.[0]?.dt_s === 0.02);
 expect(await call('get', '/api/v1/experiments/{id}/runs/{run}/trace', { path: { ...at.path, run: 1 } }), 200);

@@ -8,6 +8,7 @@ import { labs } from '../../session/labs.js';
 import { link } from '../../session/opening.js';
 import { schemas } from '../../session/state.js';
 import { needKind } from './names.js';
+import { bareOf, partJson, partOf, toNumber } from './parts.js';
 
 /** @typedef {import('../../base/schema.js').Row} Row */
 /** @typedef {{path: string, row: Row, value: unknown}} Variable  value: the scenario's */
@@ -17,9 +18,9 @@ import { needKind } from './names.js';
 /** @typedef {{path: string, value: string}} Fixed */
 /** @typedef {{on: boolean, metric: string, half: string, relative: string, least: string}} Until
  *   runs of a point until its mean is known */
-/** @typedef {{scenario: string | object, fixed: Fixed[], axes: Axis[], metrics: string[], error: string, cost: string, front: string[],
- *   repeats: string, until: Until, sampling: string, points: string, seed: string, title: string, more: object}} Draft  scenario: an id, or
- *   the whole; front: empty for error and cost; points: of a sample; more: what has no control here (text, stop, traces) */
+/** @typedef {{scenario: string | object, fixed: Fixed[], axes: Axis[], parts: import('./parts.js').Part[], metrics: string[], error: string,
+ *   cost: string, front: string[], repeats: string, until: Until, sampling: string, points: string, seed: string, title: string, more: object}} Draft
+ *   scenario: an id, or the whole; parts: windows; front: empty for error and cost; points: of a sample; more: what has no control here (text, stop, traces) */
 
 /** @type {Until} */
 const NEVER = { on: false, metric: '', half: '', relative: '0.05', least: '10' };
@@ -28,6 +29,7 @@ const EMPTY = {
   scenario: link.first,
   fixed: [],
   axes: [],
+  parts: [],
   metrics: [],
   error: '',
   cost: '',
@@ -55,11 +57,13 @@ export const write = (change) => {
 export const scenario = signal(null);
 /** Paths of the numbers that its runs end with. @type {import('@preact/signals-core').Signal<string[]>} */
 export const metrics = signal([]);
+/** Columns of its trace, which has a row per tick. @type {import('@preact/signals-core').Signal<string[]>} */
+export const traced = signal([]);
 /** What they are, of every kind; null until it is read.
  * @type {import('@preact/signals-core').Signal<import('../../base/metrics.js').MetricTables | null>} */
 const tables = signal(null);
 /** What the metric at a path is. @param {string} kind of the scenario @param {string} path */
-export const metricAt = (kind, path) => (tables.value ? metricRow(tables.value, kind, path) : undefined);
+export const metricAt = (kind, path) => (tables.value ? metricRow(tables.value, kind, bareOf(path)) : undefined);
 /** In the daemon's words. @param {string} path of the scenario */
 export function helpOf(path) {
   const row = scenario.value ? metricAt(scenario.value.kind, path) : undefined;
@@ -113,9 +117,6 @@ function toValue(text, row) {
   const number = Number(text);
   return row?.type === 'choice' || text === '' || !Number.isFinite(number) ? text : number;
 }
-
-/** @param {string} text @returns {number | string} text that is not a number is passed on: the daemon rejects it */
-const toNumber = (text) => (text.trim() === '' || !Number.isFinite(Number(text)) ? text : Number(text));
 
 /** @param {string} text @returns {string[]} */
 export const listed = (text) => text.split(/[,;\s]+/).filter((part) => part !== '');
@@ -182,6 +183,7 @@ export function specification(d) {
       : {}),
     repeats: toNumber(d.repeats),
     ...(d.until.on ? { until: untilJson(d.until) } : {}),
+    ...(d.parts.length === 0 ? {} : { windows: d.parts.map(partJson) }),
     metrics: d.metrics,
     ...(d.error === '' ? {} : { error: d.error }),
     ...(d.cost === '' ? {} : { cost: d.cost }),
@@ -220,6 +222,7 @@ export function take(json) {
     scenario: of,
     set = {},
     axes = [],
+    windows = [],
     metrics: kept = [],
     error = '',
     cost = '',
@@ -237,6 +240,7 @@ export function take(json) {
     axes: axes.flatMap((/** @type {any} */ axis) =>
       (axis.zip ?? [axis]).map((/** @type {any} */ one, /** @type {number} */ k) => axisOf(one, k > 0)),
     ),
+    parts: windows.map(partOf),
     metrics: kept,
     error,
     cost,
@@ -296,12 +300,16 @@ function numbersIn(at, path) {
   return Object.entries(at).flatMap(([name, value]) => numbersIn(value, path === '' ? name : `${path}.${name}`));
 }
 
-/** The numbers that a run ends with are those of a session that has not begun. @param {string | object} of */
-async function metricsOf(of) {
+/** The numbers that a run ends with, and has at every tick, are those of a session that has not begun.
+ * @param {string | object} of @returns {Promise<[string[], string[]]>} */
+async function numbersOf(of) {
   const made = await make('sessions', { scenario: of, paused: true });
-  const answer = await call('GET', `sessions/${made.id}/metrics`);
+  const [answer, ticks] = await Promise.all([
+    call('GET', `sessions/${made.id}/metrics`),
+    call('GET', `sessions/${made.id}/trace?to_s=0&format=json`).catch(() => []), // it may have too many columns for this format
+  ]);
   call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
-  return numbersIn(answer.metrics, '');
+  return [numbersIn(answer.metrics, ''), Object.keys(ticks[0] ?? {}).filter((name) => name !== 'time_s' && name !== 'tick')];
 }
 
 /** @param {string} kind */
@@ -321,12 +329,13 @@ async function read(of, fresh) {
     if (rules.value === null) rules.value = await call('GET', 'experiments/schema');
     if (tables.value === null) tables.value = await call('GET', 'metrics');
     await readSchema(whole.kind);
-    const [paths] = await Promise.all([metricsOf(of), needKind(whole.kind)]);
+    const [[paths, columns]] = await Promise.all([numbersOf(of), needKind(whole.kind)]);
     if (turn !== reading) return;
     batch(() => {
       unread.value = '';
       scenario.value = whole;
       metrics.value = [...paths, 'cost.ns_per_sim_s']; /* measured, of every kind */
+      traced.value = columns;
       fresh?.(whole, paths);
     });
   } catch (error) {

@@ -32,6 +32,7 @@ export function elsewhere() {
     'sample',
     'repeats',
     'until',
+    'windows',
     'metrics',
     'error',
     'cost',

@@ -29,8 +29,10 @@ import {
   write,
 } from './draft.js';
 import { helpOf as ruleHelp, valueOf, sentence, elsewhere, number, rangeOf, invalid, parameter } from './fields.js';
+import { toggleMetric } from './kept.js';
 import { metricName, metricTip, wholeName } from './names.js';
 import { run } from './shown.js';
+import { windowsPanel } from './windows.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -205,21 +207,6 @@ function fixedPanel() {
 
 const SHOWN_METRICS = 40;
 
-/** @param {string} path */
-function toggleMetric(path) {
-  const d = draft.value,
-    there = d.metrics.includes(path);
-  const next = there ? d.metrics.filter((one) => one !== path) : [...d.metrics, path];
-  const left = (/** @type {string} */ one) => (next.includes(one) ? one : '');
-  write({
-    metrics: next,
-    error: left(d.error),
-    cost: left(d.cost),
-    front: d.front.filter((one) => next.includes(one)),
-    until: { ...d.until, metric: left(d.until.metric) },
-  });
-}
-
 /** The metrics of the front, in the order of the metrics. @param {string} path */
 function toggleFront(path) {
   const d = draft.value,
@@ -328,6 +315,6 @@ export function form() {
   return html`<form class="methods" aria-label=${t('experiments.form')}
     @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     <div class="fields" tabindex="0" role="group"
-      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}</div>
+      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}${windowsPanel()}</div>
     ${orderPanel()}</form>`;
 }

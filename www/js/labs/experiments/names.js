@@ -1,6 +1,9 @@
 // What parameters and metrics are called: by the kind of their scenario, with whose they are and their units. Paths stand in tooltips.
 import { language, choiceOf, inputOf, nameOf, need, t, unitName } from '../../base/words.js';
 import { labelOf } from '../../base/schema.js';
+import { LENGTH } from './parts.js';
+
+/** Of a path. @typedef {(path: string) => string | undefined} UnitOf */
 
 /** Parts of the words that have the names of a kind. @param {string} kind @returns {Promise<unknown>} when they are there */
 export const needKind = (kind) => Promise.all((kind === 'netgame' ? ['netgame_more', 'netgame_metrics'] : [kind]).map(need));
@@ -71,16 +74,53 @@ const partName = (kind, name) =>
 
 const COST = 'cost.ns_per_sim_s';
 
+/** Of a column of the trace, in a window. @param {string} path @param {any} scenario */
+function columnStatistic(path, scenario) {
+  const [, column = '', part = ''] = /^([a-z0-9_]+)\.([a-z0-9]+)$/.exec(path) ?? [],
+    said = column === '' ? '' : t(`experiments.part.${part}`);
+  return said === '' ? undefined : `${columnOwner(column, scenario)}: ${columnName(column, scenario, () => undefined)}, ${said}`;
+}
+
+/** Whose a column of the trace is: that of a player, a method or a body. @param {string} column @param {any} scenario */
+export function columnOwner(column, scenario) {
+  const [, side = '', rest = column] = /^side_by_side(\d+)_(.*)$/.exec(column) ?? [],
+    [, of, index = ''] = /^(player_|server_|)(\d+)_/.exec(rest) ?? [],
+    n = Number(index);
+  const own =
+    of === undefined
+      ? ''
+      : of !== ''
+        ? playerOf(n, scenario)
+        : scenario?.kind === 'motion'
+          ? t('experiments.method', { n: n + 1 })
+          : `${t('experiments.place.bodies')} ${n + 1}`;
+  return (
+    [side === '' ? '' : t('experiments.side_n', { n: Number(side) + 2 }), own].filter(Boolean).join(' › ') || t('experiments.scenario')
+  );
+}
+
+/** A column of the trace without its owner. @param {string} column @param {any} scenario @param {UnitOf} unitOf of a metric */
+export function columnName(column, scenario, unitOf) {
+  const kind = scenario?.kind ?? '',
+    [, of = '', name = ''] = /^(?:side_by_side\d+_)?(?:(player_|server_|)\d+_)?(.*)$/.exec(column) ?? [];
+  const path = of === 'player_' ? `players.*.${name}` : name,
+    known = of === 'server_' ? undefined : nameOf(kind, 'metrics', path),
+    here = t(`experiments.tick.${name}`) || name.replaceAll('_', ' ');
+  if (known) return inUnit(known.label, unitOf(path.replace('*', '0')));
+  return of === 'server_' ? t('experiments.tick.at_server', { name: here }) : here;
+}
+
 /** Of one in a window, as `PATH@WINDOW`, with its name. @param {string} path @param {string | undefined} unit @param {any} scenario @returns {string} */
 export function metricName(path, unit, scenario) {
   if (path === COST) return t('experiments.cost_metric');
   const [bare = '', window = ''] = path.split('@');
   if (window !== '') return t('experiments.in_window', { metric: metricName(bare, unit, scenario), name: window });
+  if (bare === LENGTH) return t('experiments.window.length');
   const names = path.split('.'),
     kind = scenario?.kind ?? '',
     owner = ownerOf(names, scenario);
   const row = rowOf(kind, names[0] === 'side_by_side' ? names.slice(2) : names);
-  if (!row) return path;
+  if (!row) return columnStatistic(path, scenario) ?? path;
   const of = row.of === '' ? '' : `, ${partName(kind, row.of)}`,
     part = row.part === '' ? '' : `, ${t(`experiments.part.${row.part}`) || row.part.replaceAll('_', ' ')}`;
   return inUnit(`${owner === '' ? '' : `${owner}: `}${row.label}${of}${part}`, /^(count|lost_ratio)$/.test(row.part) ? '' : unit);

@@ -8,31 +8,26 @@ export function withNames(rows: Record<string, any>[], named: Record<string, Set
 /**
  * An id of the library, or a whole scenario.
  */
-export type Scenario = string | Record<string, any>;
+export type Scenario = string | import("../../api.js").components["schemas"]["Scenario"] | Record<string, any>;
 /**
  * Of each name the values of the same paths.
  */
 export type Settings = Record<string, Record<string, any>>;
 /**
- * An experiment: api/openapi.yaml has all members.
+ * An experiment as api/openapi.yaml has it.
  */
-export type Wish = {
+export type Specification = import("../../api.js").components["schemas"]["Experiment"];
+/**
+ * What is special to this client.
+ */
+export type Axes = {
     /**
      * by path its values, or by a name settings with names; or a list
      * as in the experiment's format
      */
     axes?: Record<string, any[] | Settings> | Record<string, any>[] | undefined;
-    metrics?: string[] | undefined;
-    /**
-     * runs of each point, with seeds one after the other
-     */
-    repeats?: number | undefined;
-    /**
-     * values by path, before the axes
-     */
-    set?: Record<string, any> | undefined;
-    until?: any;
-    sample?: any;
-    stop?: any;
-    title?: string | undefined;
 };
+/**
+ * An experiment's other members, each as the API has it.
+ */
+export type Wish = Omit<Partial<Specification>, "scenario" | "axes"> & Axes;
