@@ -20,7 +20,7 @@ async function metric(url, name) {
   return found ? Number(found[1]) : undefined;
 }
 
-/** What a viewer sees of each tick, as text, where the first frame of a tick counts; and of each event. @param {any} stream */
+/** What a viewer sees of each tick that has one frame, as text; of each event; and the last tick. @param {any} stream */
 async function seen(stream) {
   const decoder = new Decoder(RECORDS, stream.hello.tick_hz);
   const all = [...stream.frames];
@@ -35,14 +35,16 @@ async function seen(stream) {
       (frame) => {
         const { seq, flags, events: some = [], ...rest } = frame.plain();
         for (const event of some) events.set(event.id, JSON.stringify(event));
-        if (read++ > 0 && !ticks.has(frame.tick)) ticks.set(frame.tick, JSON.stringify({ ...rest, flags: flags & ~JUMP }));
+        if (read++ > 0) ticks.set(frame.tick, ticks.has(frame.tick) ? '' : JSON.stringify({ ...rest, flags: flags & ~JUMP }));
       },
       (error) => {
         throw error;
       },
     );
   while (read < all.length) await pause(1);
-  return { ticks, events };
+  const last = Math.max(...ticks.keys());
+  for (const [tick, text] of ticks) if (text === '' || tick === 0 || tick === last) ticks.delete(tick);
+  return { ticks, events, last };
 }
 
 const SCENARIOS = ['race', 'rigid/tumbler', 'fluid/cylinder', 'motion/spring'];
@@ -82,19 +84,22 @@ describe('relays', { skip, concurrency: 4 }, () => {
       ]) {
         const common = [...direct.ticks.keys()].filter((tick) => other.ticks.has(tick));
         assert.ok(common.length >= 30, `${common.length} of ${direct.ticks.size} ticks through ${name}`);
-        for (const tick of common) assert.equal(other.ticks.get(tick), direct.ticks.get(tick), `tick ${tick} through ${name}`);
-        assert.deepEqual(other.events, direct.events, `events through ${name}`);
+        for (const tick of common) assert.ok(other.ticks.get(tick) === direct.ticks.get(tick), `tick ${tick} through ${name}`);
+        assert.equal(other.events.size, direct.events.size, `events through ${name}`);
+        for (const [id, event] of direct.events) assert.equal(other.events.get(id), event, `event ${id} through ${name}`);
+        assert.equal(other.last, direct.last, 'the last one, after which it is paused, came');
       }
-      const last = Math.max(...direct.ticks.keys());
-      assert.ok(once.ticks.has(last) && twice.ticks.has(last), 'the last one, after which it is paused, came');
       const plain = (/** @type {any} */ { seq, flags, ...rest }) => rest;
-      const far_texts = new Map(texts[1].frames.slice(1).map((frame) => [frame.tick, frame]));
-      const shared = texts[0].frames.slice(1).filter(({ tick }) => far_texts.has(tick));
+      /* While it is paused there are several of a tick. */
+      const playing = (/** @type {any} */ { tick, flags }) => tick > 0 && flags.includes('playing');
+      const far_texts = new Map(texts[1].frames.filter(playing).map((frame) => [frame.tick, frame]));
+      const shared = texts[0].frames.filter(playing).filter(({ tick }) => far_texts.has(tick));
       assert.ok(shared.length >= 20, `${shared.length} texts`);
       for (const frame of shared) {
         const other = far_texts.get(frame.tick);
         for (const name of Object.keys(plain(frame)))
-          if (other[name] !== undefined) assert.deepEqual(other[name], frame[name], `${name} of tick ${frame.tick}`);
+          if (other[name] !== undefined)
+            assert.ok(JSON.stringify(other[name]) === JSON.stringify(frame[name]), `${name} of tick ${frame.tick}`);
       }
       await Promise.all([...streams, ...texts].map((one) => one.close()));
     });
@@ -110,7 +115,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const second = await openStream(near.url, `sessions/${session.id}`, 'json');
     await second.frame((frame) => frame.events?.length > 0);
     assert.ok(performance.now() - begun < 1000);
-    assert.ok(second.frames[0].flags.includes('jump') && second.frames.some(({ views }) => views?.length === 2));
+    assert.ok(second.frames[0].flags.includes('jump') && second.frames.some(({ views }) => views?.length === 3));
     assert.equal((await info()).viewers, 1);
     await http.control(session, { op: 'play' });
     const many = await Promise.all(
@@ -189,7 +194,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
     assert.equal(made.status, 201, made.text);
     const stream = await openStream(near.url, `classes/${made.json.id}`);
     assert.equal(stream.hello.class, made.json.id);
-    stream.say({ auth: made.json.teacher_key, id: 1 });
+    stream.say({ auth: made.json.teacher_key });
     assert.equal((await stream.wait((m) => m.type === 'reply')).role, 'teacher');
     const ended = await c.call('DELETE', `/api/v1/classes/${made.json.id}`, { key: made.json.teacher_key });
     assert.equal(ended.status, 204, ended.text);
@@ -213,7 +218,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const still = await late.frame();
     await stream.wait((m) => m.type === 'owner' && m.connected === false);
     await late.wait((m) => m.type === 'owner' && m.connected === false);
-    assert.ok(still.tick >= before.tick && still.views.length === 2);
+    assert.ok(still.tick >= before.tick && still.views.length === 3);
     const refused = await fetch(new URL(`/api/v1/sessions/${session.id}/state`, relay.url));
     assert.equal(refused.status, 503);
     assert.match((await refused.json()).detail, new RegExp(`127\\.0\\.0\\.1:${mortal.port}`));

@@ -19,7 +19,7 @@ enum {
     KEPT_BYTES = 1 << 20,    /* of one */
     KEY = 300,               /* bytes of a request's target and Accept */
     IDLE = 16,               /* handles that keep a connection */
-    HOPS_MOST = 8,           /* a relay of itself */
+    HOPS_MOST = 3,           /* relays in a chain; more are a circle, whose requests wait for each other */
     READ_MS = 10000,         /* for an answer that others wait for */
     ANSWER_MS = 600000,
 };
