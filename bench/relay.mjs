@@ -1,12 +1,26 @@
 // Many viewers of one session over two relays: CPU per frame at the owner and at the relays, age of the frames, and 5,000 viewers by calculation.
 import { readFileSync } from 'node:fs';
-import { digits, interleave, laglab, makeSession, measureStreams, median, pause, printTable, range, say, start, startDaemon, writeCsv } from './lib.mjs';
+import {
+  digits,
+  interleave,
+  laglab,
+  makeSession,
+  measureStreams,
+  median,
+  pause,
+  printTable,
+  range,
+  say,
+  start,
+  startDaemon,
+  writeCsv,
+} from './lib.mjs';
 
 const quick = process.argv.includes('--quick');
 const rounds = quick ? 1 : 3;
 const seconds = quick ? 8 : 20;
 const warmup = quick ? 3 : 4;
-const VIEWERS = 500; // of each daemon that has viewers: what two cores carry with the client beside them
+const VIEWERS = 500; // of each daemon that has viewers: what two cores carry together with the client
 const GOAL_US = 4.5; // CPU per frame, as the daemon's
 const MANY = 5000;
 const TICK_HZ = 100; // of /proc/PID/stat

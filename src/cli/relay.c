@@ -29,9 +29,10 @@ int ll_verb_relay(int argc, char **argv)
         {&ll_relay_table, s ? &s->relay : NULL}, {&ll_web_server_table, s ? &s->web_server : NULL}, {0}};
     ll_option *options = s ? ll_parameter_options(objects) : NULL;
     ll_status status = options ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: settings");
-    LL_THEN(status, ll_arguments_one("relay --of URL [OPTION VALUE]...: pass the sessions of another daemon on "
-                                     "to many viewers.",
-                                     argc, argv, options, NULL));
+    LL_THEN(status,
+            ll_arguments_one("relay --of URL [OPTION VALUE]...: pass the sessions of another daemon on "
+                             "to many viewers.",
+                             argc, argv, options, NULL));
     int result = ll_failed(&status) ? ll_argument_fail(&status) : ll_relay(&s->relay, &s->web_server);
     ll_parameter_options_free(options);
     free(s);

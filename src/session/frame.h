@@ -69,7 +69,7 @@ typedef struct ll_frame_state {
 
 void ll_frame_state_clear(ll_frame_state *state);
 
-/* What a frame says beside its rows. */
+/* What a frame has but rows. */
 typedef struct ll_frame_moment {
     uint32_t generation;
     uint8_t flags;

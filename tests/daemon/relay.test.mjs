@@ -6,7 +6,7 @@ import { after, before, describe, test } from 'node:test';
 import { WebSocketServer } from 'ws';
 import '../lib/inflate_raw.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
-import { EVERYTHING, client, openStream, pause, waitFor } from '../lib/client.mjs';
+import { client, openStream, pause, waitFor } from '../lib/client.mjs';
 import { Decoder, JUMP } from '../../www/js/stream/decode.js';
 import { RECORDS } from '../../www/js/stream/records.js';
 
@@ -66,7 +66,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
   for (const scenario of SCENARIOS)
     test(`frames through one and two equal the owner's: ${scenario}`, async () => {
       const session = await http.make({ scenario, paused: true });
-      const streams = await Promise.all([owner, near, far].map(({ url }) => openStream(url, `sessions/${session.id}`, 'bin', { ack: true })));
+      const streams = await Promise.all(
+        [owner, near, far].map(({ url }) => openStream(url, `sessions/${session.id}`, 'bin', { ack: true })),
+      );
       const texts = await Promise.all([owner, far].map(({ url }) => openStream(url, `sessions/${session.id}`, 'json')));
       assert.deepEqual(streams[1].hello, streams[0].hello);
       assert.deepEqual(streams[2].hello, streams[0].hello);
@@ -104,7 +106,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
       await Promise.all([...streams, ...texts].map((one) => one.close()));
     });
 
-  test('who joins gets the picture at once, and costs the owner nothing', async () => {
+  test('who joins gets a frame at once, and costs the owner nothing', async () => {
     const session = await http.make({ set: { duration_s: 3600 } });
     const first = await openStream(near.url, `sessions/${session.id}`, 'bin', { ack: true });
     await first.frame();
@@ -125,12 +127,12 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const counts = many.map(({ frames }) => frames.length);
     assert.ok(Math.min(...counts) >= 15 && Math.max(...counts) <= 60, `${Math.min(...counts)} to ${Math.max(...counts)} frames`);
     assert.equal((await info()).viewers, 1);
-    assert.equal(await metric(near.url, 'viewers') >= 202, true);
+    assert.equal((await metric(near.url, 'viewers')) >= 202, true);
     await Promise.all([first, second, ...many].map((one) => one.close()));
     await waitFor(async () => (await info()).viewers === 0, 'the end of the subscription');
   });
 
-  test('a slow viewer hurts nobody', async () => {
+  test('a slow viewer delays no other', async () => {
     const session = await http.make({ set: { duration_s: 3600 } });
     const slow = await openStream(far.url, `sessions/${session.id}`, 'json', { ack: true });
     const fast = await openStream(far.url, `sessions/${session.id}`, 'bin', { ack: true });
@@ -166,7 +168,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const now = (await c.get(`/api/v1/sessions/${session.id}`)).json;
     assert.notDeepEqual(now, before);
     assert.equal(now.params.players[0].lag_ms, 77);
-    /* whoever comes now is greeted with the present parameters */
+    /* who comes now is greeted with the present parameters */
     await waitFor(async () => {
       const late = await openStream(far.url, `sessions/${session.id}`);
       await late.close();

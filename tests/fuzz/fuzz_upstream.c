@@ -4,7 +4,7 @@
 #include "check.h"
 
 #include "daemon/net/framing.h"
-#include "session/frame_reader.h"
+#include "daemon/stream/frame_reader.h"
 
 #define MESSAGE (1 << 20)
 
@@ -73,7 +73,8 @@ static void take_message(relay *r, const void *bytes, size_t size)
                                  .anew = jump || r->has.section[LL_RECORD_EVENTS] == NULL,
                                  .from_event = jump ? LL_NO_EVENT : r->events,
                                  .deltas = true};
-    status = ll_frame_reader_frame(&r->reader, &request, ++r->seq, r->generation, &r->last, &r->space, &frame);
+    status =
+        ll_frame_reader_frame(&r->reader, &request, ++r->seq, r->generation, &r->last, &r->space, &frame);
     FUZZ_CHECK(!fuzz_failed(&status));
     read_as_viewer(r, frame, jump);
     const ll_rows *log =

@@ -50,23 +50,27 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
 static void write_sessions(ll_http_response *r, const ll_host_stats *s)
 {
     ll_prometheus_gauge(r, "sessions", (double)s->sessions, "Sessions, in total.");
-    ll_prometheus_family(r, "sessions_by_status", "gauge", "Sessions by status; unloaded: only on disk since the start.");
+    ll_prometheus_family(r, "sessions_by_status", "gauge",
+                         "Sessions by status; unloaded: only on disk since the start.");
     ll_prometheus_labelled(r, "sessions_by_status", "status", "playing", (uint64_t)s->playing);
     ll_prometheus_labelled(r, "sessions_by_status", "status", "paused", (uint64_t)s->paused);
     ll_prometheus_labelled(r, "sessions_by_status", "status", "ended", (uint64_t)s->ended);
     ll_prometheus_labelled(r, "sessions_by_status", "status", "failed", (uint64_t)s->failed);
     ll_prometheus_labelled(r, "sessions_by_status", "status", "unloaded", (uint64_t)s->unloaded);
     ll_prometheus_gauge(r, "sessions_parked", (double)s->parked, "Parked sessions.");
-    ll_prometheus_gauge(r, "sessions_memory_bytes", (double)s->memory, "Memory reserved by sessions in memory.");
+    ll_prometheus_gauge(r, "sessions_memory_bytes", (double)s->memory,
+                        "Memory reserved by sessions in memory.");
     ll_prometheus_gauge(r, "log_bytes", (double)s->log_bytes, "Bytes of the logs of all sessions.");
     ll_prometheus_gauge(r, "sessions_memory_max_bytes", (double)s->memory_max,
-          "Maximum of that memory; sessions beyond it are refused.");
+                        "Maximum of that memory; sessions beyond it are refused.");
     ll_prometheus_counter(r, "sessions_created_total", s->created, "Sessions created, forks included.");
-    ll_prometheus_counter(r, "sessions_deleted_total", s->deleted, "Sessions deleted, expired ones included.");
+    ll_prometheus_counter(r, "sessions_deleted_total", s->deleted,
+                          "Sessions deleted, expired ones included.");
     ll_prometheus_counter(r, "sessions_expired_total", s->expired,
-            "Sessions deleted after session_ttl_s without a request.");
+                          "Sessions deleted after session_ttl_s without a request.");
     ll_prometheus_counter(r, "ticks_total", s->ticks, "Ticks of virtual time simulated for sessions.");
-    ll_prometheus_counter(r, "frames_published_total", s->frames, "Frames published, each for all viewers of its session.");
+    ll_prometheus_counter(r, "frames_published_total", s->frames,
+                          "Frames published, each for all viewers of its session.");
     ll_prometheus_counter(r, "commands_total", s->commands, "Commands accepted by REST.");
     ll_prometheus_counter(r, "inputs_total", s->inputs, "Inputs accepted from streams.");
 }
@@ -105,7 +109,10 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_prometheus_tasks(response, &tasks, &d);
     write_refused(response, &s, &d);
     ll_prometheus_gauge(response, "store_queue", (double)store.queued, "Records waiting to be stored.");
-    ll_prometheus_counter(response, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");
-    ll_prometheus_counter(response, "store_failures_total", (uint64_t)store.failures, "Failed commits, which are retried.");
-    ll_prometheus_gauge(response, "store_failing", ll_store_failing(api->store, NULL), "1 while the store fails.");
+    ll_prometheus_counter(response, "store_commits_total", (uint64_t)store.commits,
+                          "Commits of the database.");
+    ll_prometheus_counter(response, "store_failures_total", (uint64_t)store.failures,
+                          "Failed commits, which are retried.");
+    ll_prometheus_gauge(response, "store_failing", ll_store_failing(api->store, NULL),
+                        "1 while the store fails.");
 }

@@ -23,7 +23,7 @@ void ll_prometheus_counter(ll_http_response *r, const char *name, uint64_t value
 }
 
 void ll_prometheus_labelled(ll_http_response *r, const char *name, const char *label, const char *value,
-                     uint64_t number)
+                            uint64_t number)
 {
     ll_http_printf(r, "laglab_%s{%s=\"%s\"} %llu\n", name, label, value, (unsigned long long)number);
 }
@@ -49,9 +49,12 @@ void ll_prometheus_refused(ll_http_response *r, const ll_web_server_stats *d)
     const struct {
         const char *limit;
         uint64_t count;
-    } lines[] = {{"answers_mib", d->refused_answers},    {"connections", d->refused_total},
-                 {"connections_per_ip", d->refused_per_ip}, {"head", d->refused_head},
-                 {"slow_request", d->cut},               {"slow_viewer", d->ws.closed_slow},
+    } lines[] = {{"answers_mib", d->refused_answers},
+                 {"connections", d->refused_total},
+                 {"connections_per_ip", d->refused_per_ip},
+                 {"head", d->refused_head},
+                 {"slow_request", d->cut},
+                 {"slow_viewer", d->ws.closed_slow},
                  {"viewer_policy", d->ws.closed_policy}};
     for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
         ll_prometheus_labelled(r, "refused_total", "limit", lines[i].limit, lines[i].count);
@@ -68,22 +71,29 @@ void ll_prometheus_web_server(ll_http_response *r, const ll_web_server_stats *d)
     ll_prometheus_gauge(r, "streams", (double)d->ws.streams, "Open streams.");
     ll_prometheus_counter(r, "frames_sent_total", d->ws.frames, "Frames sent to viewers.");
     ll_prometheus_counter(r, "frame_bytes_total", d->ws.bytes, "Bytes of frames sent to viewers.");
-    ll_prometheus_counter(r, "frames_skipped_total", d->ws.skipped, "Frames skipped because the viewer was not ready.");
-    ll_prometheus_counter(r, "frames_dropped_total", d->ws.dropped, "Frames dropped because a stream thread was late.");
-    ll_prometheus_counter(r, "messages_received_total", d->ws.messages, "Messages of viewers, acknowledgements included.");
+    ll_prometheus_counter(r, "frames_skipped_total", d->ws.skipped,
+                          "Frames skipped because the viewer was not ready.");
+    ll_prometheus_counter(r, "frames_dropped_total", d->ws.dropped,
+                          "Frames dropped because a stream thread was late.");
+    ll_prometheus_counter(r, "messages_received_total", d->ws.messages,
+                          "Messages of viewers, acknowledgements included.");
 }
 
 void ll_prometheus_tasks(ll_http_response *r, const ll_tasks_stats *t, const ll_web_server_stats *d)
 {
     ll_prometheus_gauge(r, "control_requests", (double)d->control, "Short requests, waiting or running.");
     ll_prometheus_gauge(r, "control_longest_seconds", d->control_s, "Age of the oldest short request.");
-    ll_prometheus_gauge(r, "tasks_running", (double)t->running, "Long requests and waking sessions that run now.");
+    ll_prometheus_gauge(r, "tasks_running", (double)t->running,
+                        "Long requests and waking sessions that run now.");
     ll_prometheus_gauge(r, "tasks_waiting", (double)t->waiting, "Tasks that wait for their turn.");
-    ll_prometheus_gauge(r, "tasks_longest_wait_seconds", t->longest_s, "Longest present wait of a task for its turn.");
+    ll_prometheus_gauge(r, "tasks_longest_wait_seconds", t->longest_s,
+                        "Longest present wait of a task for its turn.");
     ll_prometheus_counter(r, "tasks_total", t->done, "Tasks finished or stopped.");
-    ll_prometheus_counter(r, "tasks_ended_total", t->ended,
-            "Tasks stopped before they were done: by budget, client, daemon or a cancellation.");
-    ll_prometheus_counter(r, "tasks_refused_total", t->refused, "Tasks refused because too many were waiting.");
+    ll_prometheus_counter(
+        r, "tasks_ended_total", t->ended,
+        "Tasks stopped before they were done: by budget, client, daemon or a cancellation.");
+    ll_prometheus_counter(r, "tasks_refused_total", t->refused,
+                          "Tasks refused because too many were waiting.");
 }
 
 void ll_prometheus_answered(ll_http_response *r, ll_answered *answered)
@@ -91,7 +101,8 @@ void ll_prometheus_answered(ll_http_response *r, ll_answered *answered)
     static const char *const class[] = {"other", "1xx", "2xx", "3xx", "4xx", "5xx"};
     ll_prometheus_family(r, "http_requests_total", "counter", "Answered requests, by class of status.");
     for (int i = 1; i < 6; i++)
-        ll_prometheus_labelled(r, "http_requests_total", "class", class[i], atomic_load(&answered->answers[i]));
+        ll_prometheus_labelled(r, "http_requests_total", "class", class[i],
+                               atomic_load(&answered->answers[i]));
     uint64_t us = 0;
     for (int i = 0; i < 6; i++)
         us += atomic_load(&answered->duration_us[i]);

@@ -18,7 +18,8 @@ void ll_prometheus_labelled(ll_http_response *r, const char *name, const char *l
 /* Version, time since the start, memory. */
 void ll_prometheus_process(ll_http_response *r, double uptime_s);
 void ll_prometheus_web_server(ll_http_response *r, const ll_web_server_stats *stats);
-void ll_prometheus_refused(ll_http_response *r, const ll_web_server_stats *stats); /* lines of refused_total */
+void ll_prometheus_refused(ll_http_response *r,
+                           const ll_web_server_stats *stats); /* lines of refused_total */
 void ll_prometheus_tasks(ll_http_response *r, const ll_tasks_stats *tasks, const ll_web_server_stats *stats);
 
 /* Answered requests, by class of status: 1xx .. 5xx; 0: any other. */

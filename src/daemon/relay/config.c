@@ -13,7 +13,7 @@ static const ll_param rows[] = {
      .help = "Viewers with a connection of their own to the owner: those who send a key or inputs, and those "
              "of classes and experiments."},
     {ROW(linger_s, LL_PARAM_REAL), .min = 0, .max = 3600, .default_value = 10, .unit = "s",
-     .help = "Time after which a stream that nobody watches is no longer read."},
+     .help = "Time after which a stream without viewers is no longer read."},
     {ROW(cache_s, LL_PARAM_REAL), .min = 0, .max = 60, .default_value = 1, .unit = "s",
      .help = "Time for which an answer to a GET without a key is given to others too."},
     {ROW(max_answer_mib, LL_PARAM_INT), .min = 1, .max = 4096, .default_value = 64, .unit = "MiB",

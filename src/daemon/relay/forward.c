@@ -2,7 +2,7 @@
  *
  * What pages read when they are opened, GETs without a key, is kept for a moment: many viewers ask for the
  * same at once, and the owner answers once. What is kept is dropped when parameters of a session change or
- * anything else than a GET was passed on, so that nobody reads what was before his own change. */
+ * anything else than a GET was passed on, so that no client reads what was before its own change. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,27 +15,35 @@
 #include "daemon/support/tasks.h"
 
 enum {
-    KEPT = 64,               /* answers */
-    KEPT_BYTES = 1 << 20,    /* of one */
-    KEY = 300,               /* bytes of a request's target and Accept */
-    IDLE = 16,               /* handles that keep a connection */
-    HOPS_MOST = 3,           /* relays in a chain; more are a circle, whose requests wait for each other */
-    READ_MS = 10000,         /* for an answer that others wait for */
+    KEPT = 64,            /* answers */
+    KEPT_BYTES = 1 << 20, /* of one */
+    KEY = 300,            /* bytes of a request's target and Accept */
+    IDLE = 16,            /* handles that keep a connection */
+    HOPS_MOST = 3,        /* relays in a chain; more are a circle, whose requests wait for each other */
+    READ_MS = 10000,      /* for an answer that others wait for */
     ANSWER_MS = 600000,
 };
 
 /* Passed on from the client, and back from the owner. */
-static const char *const request_headers[] = {"Authorization", "Content-Type",  "Accept",
-                                              "Accept-Language", "If-None-Match", "If-Match",
-                                              "Idempotency-Key", "Prefer",        "X-Forwarded-Proto",
-                                              "X-Forwarded-Host"};
-static const char *const response_headers[] = {"Cache-Control",    "ETag",        "Location", "Link",
-                                               "Retry-After",      "Allow",       "Vary",     "WWW-Authenticate",
-                                               "Content-Disposition", "Content-Language", "Accept-Patch"};
+static const char *const request_headers[] = {
+    "Authorization", "Content-Type",    "Accept", "Accept-Language",   "If-None-Match",
+    "If-Match",      "Idempotency-Key", "Prefer", "X-Forwarded-Proto", "X-Forwarded-Host"};
+static const char *const response_headers[] = {"Cache-Control",
+                                               "ETag",
+                                               "Location",
+                                               "Link",
+                                               "Retry-After",
+                                               "Allow",
+                                               "Vary",
+                                               "WWW-Authenticate",
+                                               "Content-Disposition",
+                                               "Content-Language",
+                                               "Accept-Patch"};
 
 /* GETs whose answers are kept: what pages read when they are opened. */
-static const char *const kept_paths[] = {"/api/v1/scenarios", "/api/v1/schema",   "/api/v1/stream/schema.json",
-                                         "/api/v1/metrics",   "/api/v1/creation", "/api/v1/sessions/"};
+static const char *const kept_paths[] = {"/api/v1/scenarios",          "/api/v1/schema",
+                                         "/api/v1/stream/schema.json", "/api/v1/metrics",
+                                         "/api/v1/creation",           "/api/v1/sessions/"};
 
 typedef struct kept_answer {
     char key[KEY]; /* empty: none */
@@ -159,7 +167,8 @@ static size_t on_header(char *line, size_t one, size_t size, void *context)
         end--;
     size_t length = (size_t)(end - value);
     if (name == 12 && strncasecmp(line, "Content-Type", name) == 0)
-        snprintf(t->response->type, sizeof t->response->type, "%.*s", (int)(length < 63 ? length : 63), value);
+        snprintf(t->response->type, sizeof t->response->type, "%.*s", (int)(length < 63 ? length : 63),
+                 value);
     for (size_t i = 0; i < sizeof response_headers / sizeof response_headers[0]; i++)
         if (strlen(response_headers[i]) == name && strncasecmp(line, response_headers[i], name) == 0)
             copy_header(t->response, response_headers[i], value, length);
@@ -179,8 +188,7 @@ static struct curl_slist *add_header(struct curl_slist *list, const char *name, 
 {
     char line[1100];
     int size = value != NULL && value[0] != '\0' ? snprintf(line, sizeof line, "%s: %s", name, value) : 0;
-    struct curl_slist *grown =
-        size > 0 && (size_t)size < sizeof line ? curl_slist_append(list, line) : NULL;
+    struct curl_slist *grown = size > 0 && (size_t)size < sizeof line ? curl_slist_append(list, line) : NULL;
     return grown != NULL ? grown : list;
 }
 
@@ -196,7 +204,7 @@ static struct curl_slist *headers_of(const ll_http_request *request, bool for_al
     struct curl_slist *list = NULL;
     snprintf(hops, sizeof hops, "%d", hops_of(request) + 1);
     for (size_t i = 0; i < sizeof request_headers / sizeof request_headers[0]; i++) {
-        bool forwarded = strncmp(request_headers[i], "X-", 2) == 0; /* true only of a trusted proxy */
+        bool forwarded = strncmp(request_headers[i], "X-", 2) == 0;       /* true only of a trusted proxy */
         bool own = for_all && strncmp(request_headers[i], "If-", 3) == 0; /* a 304 is for one client */
         if (!own && (!forwarded || request->proxied))
             list = add_header(list, request_headers[i], ll_http_header(request, request_headers[i]));
@@ -272,8 +280,8 @@ static void fetch(ll_forward *f, const ll_http_request *request, ll_http_respons
     }
     atomic_fetch_add(&f->failed, 1);
     if (t.too_large)
-        refuse(response, request, 502, "The answer of the owner, %.100s, is too large to be passed on%s.", owner,
-               " (max_answer_mib); ask the owner itself");
+        refuse(response, request, 502, "The answer of the owner, %.100s, is too large to be passed on%s.",
+               owner, " (max_answer_mib); ask the owner itself");
     else
         refuse(response, request, 503, "The owner, %.100s, does not answer: %.100s.", owner,
                curl_easy_strerror(code));

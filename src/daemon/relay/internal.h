@@ -9,8 +9,8 @@
 #include "daemon/http/http.h"
 #include "daemon/relay/relay.h"
 #include "daemon/relay/upstream.h"
+#include "daemon/stream/frame_reader.h"
 #include "daemon/stream/ws.h"
-#include "session/frame_reader.h"
 
 typedef struct relay_streams relay_streams;
 typedef struct relay_source relay_source;
@@ -55,7 +55,7 @@ struct relay_source {
 
     /* guarded by streams->lock */
     int viewers;
-    int64_t idle_ns; /* since when there are none */
+    int64_t idle_ns;        /* since when there are none */
     relay_viewer *watching; /* of a session, in any order */
     int waiting;            /* how many of them were not greeted */
     relay_tunnel *tunnels;
@@ -126,7 +126,6 @@ struct relay_streams {
 };
 
 /* streams.c */
-int64_t ll_relay_now(void); /* monotonic, ns */
 ll_status ll_relay_streams_new(const ll_relay_config *config, ll_owner *owner, relay_streams **streams);
 ll_ws_hooks ll_relay_hooks(relay_streams *streams);
 ll_status ll_relay_streams_start(relay_streams *streams, ll_ws *ws);

@@ -20,11 +20,11 @@
 #define SILENT_NS INT64_C(7000000000) /* without the answer to a ping: the connection is cut */
 /* An owner that has just started answers 404 until its sessions are loaded. */
 #define MISSING_NS INT64_C(5000000000)
-#define LOWER_NS INT64_C(2000000000)  /* until a subscription is lowered: viewers come and go */
-#define AWAY_NS INT64_C(500000000)    /* until viewers are told */
-#define GREET_NS INT64_C(100000000)   /* between two fetched hellos */
-#define REPEAT_NS INT64_C(10000000)   /* between two frames for viewers that have come */
-enum { SOON = 3 /* the next frame comes within so many of 60 a second */ };
+#define LOWER_NS INT64_C(2000000000) /* until a subscription is lowered: viewers come and go */
+#define AWAY_NS INT64_C(500000000)   /* until viewers get a message */
+#define GREET_NS INT64_C(100000000)  /* between two fetched hellos */
+#define REPEAT_NS INT64_C(10000000)  /* between two frames for viewers that have come */
+enum { SOON = 3 /* the next frame comes within 3 of 60 a second */ };
 #define DRIFT 1e-4 /* of two machines' clocks, at most */
 
 static void leave_open(relay_source *s)
@@ -98,7 +98,8 @@ static char *with_format(const char *hello, const char *format)
     size_t size = strlen(hello) + 32;
     char *text = at != NULL ? malloc(size) : NULL;
     if (text != NULL)
-        snprintf(text, size, "%.*s\"format\":\"%s\"%s", (int)(at - hello), hello, format, at + sizeof own - 1);
+        snprintf(text, size, "%.*s\"format\":\"%s\"%s", (int)(at - hello), hello, format,
+                 at + sizeof own - 1);
     return text;
 }
 
@@ -135,8 +136,8 @@ static const char *hello_fault(relay_source *s, const cJSON *hello)
     const char *kind = text_of(cJSON_GetObjectItemCaseSensitive(hello, "params"), "kind");
     double tick_hz = number_of(hello, "tick_hz");
     snprintf(schema, sizeof schema, "%016" PRIx64, ll_stream_schema_hash());
-    if (strcmp(text_of(hello, "protocol"), "laglab.v2") != 0 || strcmp(text_of(hello, "format"), "bin") != 0 ||
-        strcmp(text_of(hello, "schema"), schema) != 0)
+    if (strcmp(text_of(hello, "protocol"), "laglab.v2") != 0 ||
+        strcmp(text_of(hello, "format"), "bin") != 0 || strcmp(text_of(hello, "schema"), schema) != 0)
         return "the owner's version of laglab has another stream than the relay's";
     if (s->hello[0] != NULL && (strcmp(kind, s->session_kind) != 0 || tick_hz != s->tick_hz))
         return "the session has become another one";
@@ -170,8 +171,8 @@ static void take_hello(relay_source *s, const cJSON *hello, const char *text)
 
 static void say_to(relay_source *s, ll_ws_viewer viewer)
 {
-    const char *text = s->away ? "{\"type\":\"owner\",\"connected\":false}"
-                               : "{\"type\":\"owner\",\"connected\":true}";
+    const char *text =
+        s->away ? "{\"type\":\"owner\",\"connected\":false}" : "{\"type\":\"owner\",\"connected\":true}";
     ll_ws_send(s->streams->ws, viewer, text, strlen(text));
 }
 
@@ -192,9 +193,10 @@ static void give_hellos(relay_source *s)
     pthread_mutex_unlock(&streams->lock);
 }
 
-/* Tells viewers when the owner is away for more than a moment: what they see stands still, and no key helps.
+/* Says to viewers when the owner is away for more than a moment: what they see stands still, and no key
+ * helps.
  */
-static void tell_away(relay_source *s, int64_t now)
+static void note_away(relay_source *s, int64_t now)
 {
     bool away = !s->up || s->owner_away;
     s->away_ns = !away ? 0 : s->away_ns != 0 ? s->away_ns : now;
@@ -241,10 +243,8 @@ static void ignore_binary(void *context, const void *bytes, size_t size)
     (void)context, (void)bytes, (void)size;
 }
 
-static const ll_upstream_hooks greeting_hooks = {.opened = ignore_opened,
-                                                 .text = on_greeting,
-                                                 .binary = ignore_binary,
-                                                 .closed = on_greeting_closed};
+static const ll_upstream_hooks greeting_hooks = {
+    .opened = ignore_opened, .text = on_greeting, .binary = ignore_binary, .closed = on_greeting_closed};
 
 static void path_of(const relay_source *s, char path[120])
 {
@@ -259,8 +259,7 @@ static void greet(relay_source *s, int64_t now)
         path_of(s, path);
         s->greeted_ns = now;
         s->stale = false; /* a change from now on makes it stale again */
-        s->greeting =
-            ll_upstream_open(s->streams->upstreams, path, "laglab.v2.bin", &greeting_hooks, s);
+        s->greeting = ll_upstream_open(s->streams->upstreams, path, "laglab.v2.bin", &greeting_hooks, s);
     }
     if (s->greeting == NULL && s->hello[0] != NULL)
         give_hellos(s);
@@ -325,8 +324,8 @@ static void publish(relay_source *s, uint32_t seq, uint16_t channels)
     if (s->last_generation != s->generation)
         ll_frame_state_clear(&s->last);
     s->last_generation = s->generation;
-    ll_status status = ll_frame_reader_frame(&s->reader, &request, seq, s->generation, &s->last,
-                                             &streams->space, &frame);
+    ll_status status =
+        ll_frame_reader_frame(&s->reader, &request, seq, s->generation, &s->last, &streams->space, &frame);
     if (ll_failed(&status))
         return; /* no memory: the next one may have it */
     ll_ws_publish(s->stream, frame);
@@ -517,7 +516,7 @@ void ll_relay_source_step(relay_source *s, int64_t now)
     if (s->open) /* each of these may find that it has ended */
         check_alive(s, now);
     if (s->end_code == 0) {
-        tell_away(s, now);
+        note_away(s, now);
         greet(s, now);
         repeat(s, now);
     }

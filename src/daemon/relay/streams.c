@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -15,13 +14,6 @@
 
 #define SWEEP_NS INT64_C(100000000)
 enum { WAIT_MS = 100, WAIT_SHORT_MS = 10 };
-
-int64_t ll_relay_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
 
 static void notify(relay_streams *streams)
 {
@@ -79,7 +71,7 @@ static void add_viewer(relay_source *s, ll_ws_viewer viewer, ll_frame_format for
 {
     relay_viewer *added = calloc(1, sizeof *added);
     if (added == NULL)
-        return; /* it is closed for want of a hello */
+        return; /* without a hello it is closed */
     *added = (relay_viewer){.next = s->watching, .viewer = viewer, .format = format};
     s->watching = added;
     s->waiting++;
@@ -148,7 +140,7 @@ static void on_released(void *context, void *session)
 
 /* ---- messages ---- */
 
-/* Whether the message has `name` and at most an id beside it. */
+/* Whether the message has `name` and at most an id as well. */
 static bool is_only(const cJSON *json, const char *name)
 {
     const cJSON *member;
@@ -239,7 +231,7 @@ static bool is_idle(relay_source *s, int64_t now)
     return s->viewers == 0 && idle_s > streams->config->linger_s;
 }
 
-/* Whether the stream is to be closed; from then on nobody can be added to it. */
+/* Whether the stream is to be closed; from then on no viewer can be added to it. */
 static bool ends(relay_source *s, int64_t now)
 {
     pthread_mutex_lock(&s->streams->lock);
@@ -261,7 +253,7 @@ static void end_source(relay_source *s)
         memcpy(reason, s->end_reason, sizeof reason);
         ll_ws_stream_close(s->stream, s->end_code, reason);
     } else {
-        ll_ws_stream_close(s->stream, LL_WS_TRY_LATER, "nobody watched; connect again");
+        ll_ws_stream_close(s->stream, LL_WS_TRY_LATER, "no viewer was left; connect again");
     }
 }
 

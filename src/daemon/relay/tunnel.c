@@ -38,8 +38,9 @@ static ll_status find_or_make(relay_source *s, ll_ws_viewer viewer, relay_tunnel
     if (s->ended)
         return ll_error(LL_UNAVAILABLE, "The relay ends this stream; connect again.");
     if (streams->tunnels >= streams->config->max_tunnels)
-        return ll_error(LL_LIMIT, "The relay passes messages of at most %d viewers on (max_tunnels); the "
-                                  "owner is %.100s",
+        return ll_error(LL_LIMIT,
+                        "The relay passes messages of at most %d viewers on (max_tunnels); the "
+                        "owner is %.100s",
                         (int)streams->config->max_tunnels, streams->owner->url);
     relay_tunnel *t = calloc(1, sizeof *t);
     if (t == NULL)
@@ -209,8 +210,9 @@ static void on_closed(void *context, int code, const char *reason)
         ll_ws_close(streams->ws, t->viewer, close_code(code), reason);
         return;
     }
-    ll_status error = ll_error(LL_UNAVAILABLE, "The owner, %.100s, does not answer: %.80s; messages may be lost.",
-                               streams->owner->url, reason);
+    ll_status error =
+        ll_error(LL_UNAVAILABLE, "The owner, %.100s, does not answer: %.80s; messages may be lost.",
+                 streams->owner->url, reason);
     ll_request_refuse(streams->ws, t->viewer, "", 503, &error);
 }
 
@@ -238,9 +240,8 @@ static void step(relay_tunnel *t)
         send_texts(t);
     } else if (t->upstream == NULL && !t->failed && (passes_all(t) || has_texts(t))) {
         snprintf(path, sizeof path, "/api/v1/%s/%s/stream", folders[t->source->kind], t->source->id);
-        t->upstream =
-            ll_upstream_open(t->source->streams->upstreams, path,
-                             passes_all(t) ? "laglab.v2.json" : "laglab.v2.bin", &tunnel_hooks, t);
+        t->upstream = ll_upstream_open(t->source->streams->upstreams, path,
+                                       passes_all(t) ? "laglab.v2.json" : "laglab.v2.bin", &tunnel_hooks, t);
         if (t->upstream == NULL)
             on_closed(t, LL_UPSTREAM_CUT, "out of memory");
     }

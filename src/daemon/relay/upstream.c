@@ -22,11 +22,11 @@
 
 enum {
     INPUT = 64 << 10,
-    HEAD_MOST = 16 << 10,         /* of the answer to an upgrade */
-    MESSAGE_MOST = 32 << 20,      /* a frame of the largest scene has some hundred kilobytes */
-    UNSENT_MOST = 256 << 10,      /* of an owner that does not read */
-    CONNECT_MS = 5000,            /* then the owner counts as away */
-    HEAD_MS = 10000,              /* for the answer */
+    HEAD_MOST = 16 << 10,    /* of the answer to an upgrade */
+    MESSAGE_MOST = 32 << 20, /* a frame of the largest scene has some hundred kilobytes */
+    UNSENT_MOST = 256 << 10, /* of an owner that does not read */
+    CONNECT_MS = 5000,       /* then the owner counts as away */
+    HEAD_MS = 10000,         /* for the answer */
     EVENTS = 64,
 };
 
@@ -63,6 +63,13 @@ struct ll_upstreams {
     ll_upstream *finished; /* attempts */
 };
 
+int64_t ll_relay_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
 /* ---- the owner ---- */
 
 static bool take_part(CURLU *url, CURLUPart part, char *to, size_t size)
@@ -96,8 +103,9 @@ ll_status ll_owner_parse(const char *text, const char *ca_file, ll_owner *owner)
         atomic_init(&owner->stopping, false);
     }
     curl_url_cleanup(url);
-    return valid ? ll_ok()
-                 : ll_field_error(LL_BAD_INPUT, "of", "of: must be like http://HOST:PORT; got `%.100s`", text);
+    return valid
+               ? ll_ok()
+               : ll_field_error(LL_BAD_INPUT, "of", "of: must be like http://HOST:PORT; got `%.100s`", text);
 }
 
 /* Each second or so: ends an attempt when the relay stops. */
@@ -131,9 +139,7 @@ void *ll_owner_request(ll_owner *owner)
 
 static int64_t now_ms(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+    return ll_relay_now() / 1000000;
 }
 
 /* Waits until the socket is ready. False: too late, or the relay stops. */
@@ -226,9 +232,9 @@ static int upgrade(ll_upstream *u)
     if (sscanf(u->early.bytes, "HTTP/%d.%d %d", &version, &minor, &status) != 3 || status < 100)
         return 0;
     u->early.bytes[head - 1] = '\n';
-    if (status == 101 && (!ll_framing_accept(key, accept) ||
-                          !has_line(u->early.bytes, head, "Sec-WebSocket-Accept", accept) ||
-                          !has_line(u->early.bytes, head, "Sec-WebSocket-Protocol", u->protocol)))
+    if (status == 101 &&
+        (!ll_framing_accept(key, accept) || !has_line(u->early.bytes, head, "Sec-WebSocket-Accept", accept) ||
+         !has_line(u->early.bytes, head, "Sec-WebSocket-Protocol", u->protocol)))
         return 0;
     u->early.size -= head;
     memmove(u->early.bytes, u->early.bytes + head, u->early.size);

@@ -12,6 +12,8 @@
 
 #include "base/status.h"
 
+int64_t ll_relay_now(void); /* monotonic, ns */
+
 typedef struct ll_owner {
     char url[512];  /* without / at the end */
     char host[280]; /* of the Host header, with the port */

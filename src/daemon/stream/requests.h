@@ -1,4 +1,4 @@
-/* Messages of the viewers of a session, as far as they are the same whoever publishes it. */
+/* Messages of the viewers of a session, as far as they are the same for every publisher. */
 #pragma once
 
 #include "base/status.h"

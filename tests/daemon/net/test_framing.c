@@ -1,5 +1,5 @@
-/* RFC 6455 on the server side, and a client's: random messages compared with a naive writer, in pieces of any size; all
- * refusals with their codes; UTF-8 compared with a naive decoder. No sockets. */
+/* RFC 6455 on the server side, and a client's: random messages compared with a naive writer, in pieces of any
+ * size; all refusals with their codes; UTF-8 compared with a naive decoder. No sockets. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

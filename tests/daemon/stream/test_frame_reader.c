@@ -3,8 +3,8 @@
 #include "session/harness.h"
 
 #include "base/rng.h"
+#include "daemon/stream/frame_reader.h"
 #include "library/library.h"
-#include "session/frame_reader.h"
 
 enum { EVERYTHING = (1 << LL_CHANNELS) - 1, SOME = EVERYTHING & ~(1 << LL_CHANNEL_SCENE) };
 
@@ -16,9 +16,9 @@ typedef struct hop {
     ll_row_set space;
 } hop;
 
-static const char *const scenarios[] = {"race",           "rifle",         "rollback",      "motion/spring",
-                                        "rigid/tumbler",  "rigid/bridge",  "fluid/cylinder", "fluid/dam_break",
-                                        "fluid/sea",      NULL};
+static const char *const scenarios[] = {
+    "race",         "rifle",          "rollback",        "motion/spring", "rigid/tumbler",
+    "rigid/bridge", "fluid/cylinder", "fluid/dam_break", "fluid/sea",     NULL};
 
 static ll_session *open_session(const char *id)
 {
@@ -56,8 +56,7 @@ static void end(hop *h)
 static ll_buffer message_for(hop *h, const ll_frame *frame, uint16_t channels, bool jump)
 {
     ll_buffer message = {0};
-    ll_frame_delivery to = {
-        .state = &h->has, .channels = channels, .jump = jump, .format = LL_FRAME_BINARY};
+    ll_frame_delivery to = {.state = &h->has, .channels = channels, .jump = jump, .format = LL_FRAME_BINARY};
     if (jump)
         ll_frame_state_clear(&h->has);
     ll_frame_write(frame, &to, &message);

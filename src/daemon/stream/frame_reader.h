@@ -15,8 +15,8 @@ typedef struct ll_frame_reader {
     ll_rows *rows[LL_RECORDS_MAX]; /* the newest; NULL: none since the last jump. Of events the last ones */
     int begin_field;               /* of events: when they began; its step is 2^-begin_bits s */
     int begin_bits;
-    bool begun;  /* a message was read */
-    bool jumped; /* the last message was the first, or the first after a jump of time */
+    bool begun;       /* a message was read */
+    bool jumped;      /* the last message was the first, or the first after a jump of time */
     uint16_t present; /* channels of the records that it had */
     uint32_t seq;
     uint8_t flags; /* without LL_FRAME_JUMP */

@@ -1,11 +1,10 @@
-#include "session/frame_reader.h"
+#include "daemon/stream/frame_reader.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
 
 #include "record/integers.h"
-#include "session/internal.h"
 #include "session/kinds.h"
 
 enum {
