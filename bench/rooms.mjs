@@ -23,6 +23,7 @@ export const ROOMS = {
   chaos: [...GAME, 'ode', 'library', 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
+  relay: DAEMON,
   page: [...DAEMON, 'www'],
   integrators: ['base', 'ode'],
   ensemble: ['base', 'ode'],

@@ -1,5 +1,5 @@
-/* The counterpart of encode.c, for tests, fuzzing and benchmarks: works like a decoder in any other language,
- * and validates all input. */
+/* The counterpart of encode.c, for relays, tests, fuzzing and benchmarks: works like a decoder in any other
+ * language, and validates all input. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -84,8 +84,13 @@ static void apply(reader *r, const ll_record *record, int64_t *row)
         if (!(mask & 1))
             continue;
         int64_t change = ll_unzigzag(varint(r));
-        if (k < record->count) /* skips fields that this table does not have yet */
-            row[k] += change;
+        if (k >= record->count) /* a field that this table does not have yet */
+            continue;
+        row[k] += change;
+        if (row[k] < LL_INTEGER_NONE || row[k] > LL_INTEGER_MAX) {
+            row[k] = 0;
+            bad(r, "value outside of +-2^51");
+        }
     }
 }
 

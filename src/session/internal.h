@@ -4,12 +4,12 @@
 #include "base/version.h"
 #include "memory/state_memory.h"
 #include "netcode/protocol/event.h"
+#include "session/records.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
-#define LL_EVENT_RING 2048 /* events kept for viewers: 4 s of two players */
-#define LL_TICK_HASHES 64  /* hashes kept of the present log: the newest */
-#define LL_CHECKPOINTS 2   /* checkpoints of a run: at a third and two thirds of its duration */
+#define LL_TICK_HASHES 64 /* hashes kept of the present log: the newest */
+#define LL_CHECKPOINTS 2  /* checkpoints of a run: at a third and two thirds of its duration */
 /* A larger block is not copied: seeking back replays it from its start. */
 #define LL_CHECKPOINT_BYTES_MAX (128 << 20)
 

@@ -19,6 +19,7 @@ typedef struct ll_record_request {
 } ll_record_request;
 
 #define LL_EVENTS_NEW_S 4.0
+#define LL_EVENT_RING 2048 /* events kept for viewers: 4 s of two players */
 
 /* Indices of these records in the set. */
 enum { LL_RECORD_SESSION, LL_RECORD_CLOCK, LL_RECORD_EVENTS, LL_OWN_RECORDS };

@@ -159,7 +159,10 @@ static void faults_are_refused(void **state)
         ll_rows_free(base);
     }
     const uint8_t nine[] = {255, 255, 255, 255, 255, 255, 255, 255, 1}, many[] = {255, 255, 255, 255, 15, 0};
+    /* One row whose first field is 2^51: above what any integer may be. */
+    const uint8_t large[] = {1, 1, 0, 1, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 8};
     ll_rows *seen = NULL;
+    assert_int_equal(ll_rows_decode(&samples[0], NULL, large, sizeof large, &seen).code, LL_BAD_INPUT);
     assert_int_equal(ll_rows_decode(&samples[1], NULL, nine, sizeof nine, &seen).code, LL_BAD_INPUT);
     assert_int_equal(ll_rows_decode(&samples[1], NULL, many, sizeof many, &seen).code, LL_BAD_INPUT);
 }

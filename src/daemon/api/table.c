@@ -255,9 +255,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
                  double seconds)
 {
     ll_api *api = context;
-    int class = status >= 100 && status < 600 ? status / 100 : 0;
-    atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
-    atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
+    ll_answered_count(&api->answered, status, seconds);
     if (status < 500 ||
         status == 503) /* not 503: a full or stopping daemon is no failure, and /metrics counts it */
         return;

@@ -3,7 +3,6 @@
  * Hooks run on the stream's thread, which must not wait for a session: they put inputs into the session's
  * inbox, and the worker applies them in the next slot, which is also when their effect can be seen first. The
  * reply is sent when the input's line is stored. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,28 +12,11 @@
 #include "daemon/hosting/quota.h"
 #include "daemon/hosting/session_entry.h"
 #include "daemon/net/problem_json.h"
+#include "daemon/stream/requests.h"
 #include "input/action_json.h"
 #include "session/scenario.h"
 
 /* ---- replies ---- */
-
-static void send_json(ll_host *host, ll_ws_viewer viewer, cJSON *json)
-{
-    char *text = cJSON_PrintUnformatted(json);
-    if (text)
-        ll_ws_send(host->ws, viewer, text, strlen(text));
-    free(text);
-    cJSON_Delete(json);
-}
-
-static cJSON *answer(const char *type, const char *reply_id)
-{
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "type", type);
-    if (reply_id[0])
-        cJSON_AddRawToObject(json, "id", reply_id);
-    return json;
-}
 
 static int http_status(const ll_status *error)
 {
@@ -43,9 +25,7 @@ static int http_status(const ll_status *error)
 
 static void send_error(ll_host *host, ll_ws_viewer viewer, const char *reply_id, const ll_status *error)
 {
-    cJSON *json = answer("error", reply_id);
-    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(http_status(error), error, NULL));
-    send_json(host, viewer, json);
+    ll_request_refuse(host->ws, viewer, reply_id, http_status(error), error);
 }
 
 static void send_durable(ll_host *host, ll_reply *reply, const ll_status *failed)
@@ -175,7 +155,7 @@ void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall)
             if (session_entry->stored.rewound)
                 ll_session_entry_save(session_entry);
             if (input->reply_id[0]) {
-                cJSON *json = answer("reply", input->reply_id);
+                cJSON *json = ll_request_answer("reply", input->reply_id);
                 cJSON_AddTrueToObject(json, "ok");
                 cJSON_AddNumberToObject(json, "tick",
                                         (double)ll_session_get_info(session_entry->session).tick);
@@ -193,7 +173,7 @@ typedef struct message {
     ll_session_entry *session_entry;
     ll_ws_viewer viewer;
     const cJSON *json;
-    char reply_id[40];
+    char reply_id[LL_REPLY_ID];
 } message;
 
 static int role_of(ll_session_entry *session_entry, ll_ws_viewer id)
@@ -225,12 +205,12 @@ static ll_status take_auth(message *m, const cJSON *value)
         }
     }
     pthread_mutex_unlock(&m->session_entry->inbox.lock);
-    cJSON *json = answer("reply", m->reply_id);
+    cJSON *json = ll_request_answer("reply", m->reply_id);
     cJSON_AddTrueToObject(json, "ok");
     cJSON_AddStringToObject(json, "role", role == LL_ROLE_OWNER ? "owner" : "player");
     if (role != LL_ROLE_OWNER)
         cJSON_AddNumberToObject(json, "player", role);
-    send_json(m->session_entry->host, m->viewer, json);
+    ll_request_send(m->session_entry->host->ws, m->viewer, json);
     return ll_ok();
 }
 
@@ -259,59 +239,19 @@ static ll_status take_input(message *m, const cJSON *value)
 
 static ll_status take_ping(message *m, const cJSON *value)
 {
-    if (!cJSON_IsNumber(value) || !isfinite(value->valuedouble))
-        return ll_field_error(LL_BAD_INPUT, "ping", "ping: must be a number; the pong repeats it.");
-    cJSON *json = answer("pong", m->reply_id);
-    cJSON_AddNumberToObject(json, "ping", value->valuedouble);
-    char wall[24];
-    snprintf(wall, sizeof wall, "%lld", (long long)ll_host_now());
-    cJSON_AddRawToObject(json, "wall_ns", wall);
-    send_json(m->session_entry->host, m->viewer, json);
-    return ll_ok();
-}
-
-/* Frames between two sections, for the highest rate that is at most `hz` and divides LL_FRAME_HZ. */
-static uint8_t frames_between(double hz)
-{
-    int every = (int)ceil(LL_FRAME_HZ / hz - 1e-9);
-    while (LL_FRAME_HZ % every != 0)
-        every++;
-    return (uint8_t)every;
-}
-
-static ll_status read_rate(const cJSON *member, ll_ws_subscription *subscription)
-{
-    ll_channel channel = ll_channel_named(member->string);
-    if (channel == LL_CHANNELS)
-        return ll_field_error(LL_BAD_INPUT, "subscribe",
-                              "subscribe: channel %.40s does not exist; the hello message lists all.",
-                              member->string);
-    if (!cJSON_IsNumber(member) || !(member->valuedouble >= 1 && member->valuedouble <= LL_FRAME_HZ))
-        return ll_field_error(LL_BAD_INPUT, "subscribe", "subscribe: rate of %.40s must be 1 to %d Hz.",
-                              member->string, LL_FRAME_HZ);
-    subscription->every[channel] = frames_between(member->valuedouble);
+    LL_TRY(ll_request_ping(value));
+    ll_ws *ws = m->session_entry->host->ws;
+    ll_request_send(ws, m->viewer, ll_request_pong(value, ll_host_now(), m->reply_id));
     return ll_ok();
 }
 
 static ll_status take_subscribe(message *m, const cJSON *value)
 {
-    ll_ws_subscription subscription = {{0}};
-    const cJSON *member;
-    if (!cJSON_IsObject(value))
-        return ll_field_error(LL_BAD_INPUT, "subscribe",
-                              "subscribe: must be an object: of each channel its rate in Hz.");
-    cJSON_ArrayForEach(member, value)
-    {
-        LL_TRY(read_rate(member, &subscription));
-    }
-    ll_ws_subscribe(m->session_entry->host->ws, m->viewer, &subscription);
-    cJSON *json = answer("reply", m->reply_id);
-    cJSON_AddTrueToObject(json, "ok");
-    cJSON *rates = cJSON_AddObjectToObject(json, "subscribed");
-    for (int c = 0; c < LL_CHANNELS; c++)
-        if (subscription.every[c] > 0)
-            cJSON_AddNumberToObject(rates, ll_channels[c].name, (double)LL_FRAME_HZ / subscription.every[c]);
-    send_json(m->session_entry->host, m->viewer, json);
+    ll_ws *ws = m->session_entry->host->ws;
+    ll_ws_subscription subscription;
+    LL_TRY(ll_request_rates(value, &subscription));
+    ll_ws_subscribe(ws, m->viewer, &subscription);
+    ll_request_send(ws, m->viewer, ll_request_granted(&subscription, m->reply_id));
     return ll_ok();
 }
 
@@ -321,30 +261,12 @@ static const struct {
 } messages[] = {
     {"auth", take_auth}, {"input", take_input}, {"ping", take_ping}, {"subscribe", take_subscribe}};
 
-/* `id` is a whole number or a short text; the reply repeats it. */
-static ll_status read_id(message *m)
-{
-    const cJSON *id = cJSON_GetObjectItemCaseSensitive(m->json, "id");
-    if (!id)
-        return ll_ok();
-    bool number = cJSON_IsNumber(id) && id->valuedouble == floor(id->valuedouble) &&
-                  fabs(id->valuedouble) <= 9007199254740992.0;
-    if (!number && !(cJSON_IsString(id) && strlen(id->valuestring) <= 16))
-        return ll_field_error(LL_BAD_INPUT, "id",
-                              "id: must be a whole number or a text of at most 16 bytes.");
-    char *text = cJSON_PrintUnformatted(id);
-    if (text && strlen(text) < sizeof m->reply_id)
-        memcpy(m->reply_id, text, strlen(text) + 1);
-    free(text);
-    return ll_ok();
-}
-
 static ll_status take_message(message *m)
 {
     if (!cJSON_IsObject(m->json))
         return ll_error(LL_BAD_INPUT, "A message must be an object with one of ack, auth, input, ping or "
                                       "subscribe, and an id if a reply is wanted.");
-    LL_TRY(read_id(m));
+    LL_TRY(ll_request_id(m->json, m->reply_id));
     const cJSON *member, *found = NULL;
     size_t kind = 0;
     cJSON_ArrayForEach(member, m->json)

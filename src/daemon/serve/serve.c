@@ -7,8 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -20,7 +18,7 @@
 #include "daemon/store/store.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
-#include "daemon/support/memory.h"
+#include "daemon/support/process.h"
 #include "daemon/support/tasks.h"
 #include "library/program.h"
 
@@ -90,30 +88,6 @@ static ll_status open_store(daemon_parts *d)
     return status;
 }
 
-static void ending_signals(sigset_t *signals)
-{
-    sigemptyset(signals);
-    sigaddset(signals, SIGTERM);
-    sigaddset(signals, SIGINT);
-    sigaddset(signals, SIGHUP);
-}
-
-static void prepare_process(sigset_t *signals)
-{
-    ll_memory_prepare();
-    umask(077); /* a session's id permits reading it, so files are readable by their owner only */
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ,
-           SIG_IGN); /* a file that may not grow is reported as an error of the store, like a full disk */
-    ending_signals(signals);
-    pthread_sigmask(SIG_BLOCK, signals, NULL); /* before threads are made, which inherit it */
-    struct rlimit files;
-    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
-        files.rlim_cur = files.rlim_max;
-        setrlimit(RLIMIT_NOFILE, &files);
-    }
-}
-
 /* ---- running ---- */
 
 static void log_web_server(void *context, const char *level, const char *message)
@@ -164,7 +138,7 @@ static void *exit_at_once(void *argument)
     (void)argument;
     sigset_t signals;
     int got;
-    ending_signals(&signals);
+    ll_process_ending(&signals);
     sigwait(&signals, &got);
     _exit(1);
 }
@@ -192,10 +166,7 @@ static void wait_for_end(daemon_parts *d)
     int got = 0;
     sigwait(&d->signals, &got);
     atomic_store(&d->api.phase, LL_API_DRAINING);
-    ll_log_write("info", "stopping", "Signal: %s.",
-                 got == SIGTERM  ? "SIGTERM"
-                 : got == SIGINT ? "SIGINT"
-                                 : "SIGHUP");
+    ll_log_write("info", "stopping", "Signal: %s.", ll_process_signal_name(got));
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
@@ -241,7 +212,7 @@ int ll_serve(const ll_serve_config *config)
     default_folder(d->web_server_config.www, sizeof d->web_server_config.www, "www");
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");
-    prepare_process(&d->signals);
+    ll_process_prepare(&d->signals);
     ll_status status = start(d);
     if (ll_failed(&status)) {
         stop(d);

@@ -54,9 +54,13 @@ typedef struct ll_ws_hooks {
     /* The answer to ll_ws_ping: the time that it took on the network and in the viewer's browser. May be
      * NULL. */
     void (*pong)(void *context, void *session, ll_ws_viewer viewer, int64_t round_trip_ns);
+    /* A viewer wants a stream that is not open: open it (ll_ws_stream_open) and return true, or false: a 404.
+     * May run on any thread. May be NULL. */
+    bool (*unknown)(void *context, ll_stream_kind kind, const char *id);
     /* The stream is closed and its last viewer has left: no further hook gets `session`. Exactly once after
      * ll_ws_stream_close. May be NULL. */
     void (*released)(void *context, void *session);
+    bool every_kind; /* of ll_ws_start: these hooks are for streams of all kinds */
 } ll_ws_hooks;
 
 typedef struct ll_ws_stats {
@@ -113,6 +117,9 @@ void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length
 typedef struct ll_ws_subscription {
     uint8_t every[LL_CHANNELS];
 } ll_ws_subscription;
+
+/* What all viewers together need: of each channel a rate that contains all of theirs. Any thread. */
+ll_ws_subscription ll_ws_rates(const ll_ws_stream *stream);
 
 /* Replaces its subscription; without channels it gets no frames. */
 void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription);
