@@ -32,9 +32,19 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
     return stream;
 }
 
+ll_ws_stream *ll_ws_want_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
+{
+    const ll_ws_hooks *hooks = &ws->hooks[kind];
+    ll_ws_stream *stream = ll_ws_find_stream(ws, kind, id);
+    if (stream == NULL && hooks->unknown != NULL && hooks->unknown(hooks->context, id)) {
+        stream = ll_ws_find_stream(ws, kind, id);
+    }
+    return stream;
+}
+
 bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
-    return ll_ws_find_stream(ws, upgrade->kind, upgrade->id) != NULL;
+    return ll_ws_want_stream(ws, upgrade->kind, upgrade->id) != NULL;
 }
 
 static bool is_stream_id(const char *id)
