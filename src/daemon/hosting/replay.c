@@ -7,8 +7,10 @@
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
-enum { SMALL_BYTES = 1 << 20 }; /* a larger state is not hashed: it would take a millisecond of each save */
-#define HASH_NS LL_SECOND       /* between two hashes of a session */
+enum {
+    LIGHT_BYTES = 6 << 20
+}; /* with its checkpoints; the hash of a larger one would take a millisecond or more of each save */
+#define HASH_NS LL_SECOND /* between two hashes of a session */
 #define LONGEST_NS                                                                                           \
     (500 * LL_MS) /* processor time of a comparison; a session that needs more is not compared */
 
@@ -18,7 +20,7 @@ void ll_session_entry_add_hash(ll_session_entry *session_entry, ll_stored *row)
     ll_session_info info = ll_session_get_info(session_entry->session);
     ll_time now = session_entry->wall;
     bool fit = !info.parked && !info.seeking && info.status != LL_SESSION_FAILED &&
-               info.at_tick == info.tick && ll_session_awake_bytes(session_entry->session) <= SMALL_BYTES;
+               info.at_tick == info.tick && ll_session_awake_bytes(session_entry->session) <= LIGHT_BYTES;
     if (fit && !session_entry->work.background_tick &&
         (stored->hash_lines == 0 || now - stored->hashed_wall >= HASH_NS)) {
         stored->hash_tick = info.tick;

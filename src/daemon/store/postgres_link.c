@@ -128,6 +128,12 @@ static bool begin_session(pg_link *link)
     return PQstatus(link->db) == CONNECTION_OK && ll_pg_run(link, session);
 }
 
+/* The daemon's messages are lines of JSON; what matters of these is in the next error. */
+static void ignore(void *context, const char *message)
+{
+    (void)context, (void)message;
+}
+
 /* A network that swallows packets is an error after about half the lease, so that the connection is tried
  * again as soon as the daemon freezes. */
 ll_status ll_pg_reach(postgres_store *s, pg_link *link)
@@ -145,6 +151,7 @@ ll_status ll_pg_reach(postgres_store *s, pg_link *link)
     snprintf(patience_ms, sizeof patience_ms, "%d", ms < 500 ? 500 : ms > 30000 ? 30000 : (int)ms);
     const char *const values[] = {"2", "5", "5", "3", patience_ms, "laglab", s->url, NULL};
     link->db = PQconnectdbParams(names, values, true);
+    PQsetNoticeProcessor(link->db, ignore, NULL);
     return begin_session(link) ? ll_ok() : ll_pg_failure(s, link, "Opening");
 }
 
