@@ -13,7 +13,7 @@
 const double ll_store_time_limits[LL_STORE_TIMES - 1] = {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02,
                                                          0.05,   0.1,   0.2,   0.5,   1};
 
-enum { WAIT_MS = 100 }; /* between two looks at the lease */
+enum { WAIT_MS = 100 }; /* between two checks of the lease */
 
 static int64_t now_ns(void)
 {
