@@ -5,8 +5,3 @@
 enum { LL_VERSION_MAX = 40 };
 
 extern const char ll_version[];
-
-/* The engine alone, 12 hexadecimal digits: a fingerprint of the sources of the rooms of
- * cmake/engine_rooms.cmake, whose functions a session's states are. Builds that differ in the daemon, the
- * page or the command line only have the same one, and continue each other's sessions. */
-extern const char ll_engine[];

@@ -8,7 +8,6 @@
 #include <string.h>
 #include <time.h>
 
-#include "base/version.h"
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 

@@ -8,8 +8,6 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "base/version.h"
-
 enum { SCHEMA = 1, RETRY_MS = 100 };
 
 /* Numbers are taken in blocks, so that creating a session does not ask the database for one. */

@@ -11,9 +11,9 @@
  * LL_LEASE_SAFE of the lease after the last good renewal was sent. One that was marked as dead has lost what
  * it had not stored yet; it continues as another incarnation without sessions.
  *
- * An engine (ll_engine in base/version.h) continues only sessions of its own kind: states of another one
- * might differ. The fingerprint is of the engine's sources, so that a change of the daemon or the page does
- * not count, and one that might change a state always does.
+ * An engine continues only sessions of its own kind: states of another one might differ. Its fingerprint is
+ * of the engine's sources, so that a change of the daemon or the page does not count, and one that might
+ * change a state always does.
  *
  * Functions that ask the database may block for some seconds while it does not answer: not on threads of the
  * network or of streams. Any of them fails with LL_UNAVAILABLE. */
@@ -22,6 +22,10 @@
 #include "daemon/store/store.h"
 
 #define LL_LEASE_SAFE 0.6
+
+/* Of this build, 12 hexadecimal digits: a fingerprint of the sources of the rooms of
+ * cmake/engine_rooms.cmake. cmake/version.cmake makes it. */
+extern const char ll_engine[];
 
 enum { LL_STORE_URL_MAX = 255, LL_STORE_ENGINE_MAX = 31 };
 

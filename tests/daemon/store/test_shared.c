@@ -14,7 +14,6 @@
 #include <unistd.h>
 #include <cmocka.h>
 
-#include "base/version.h"
 #include "daemon/store/shared.h"
 
 static char server[200], url[400];
