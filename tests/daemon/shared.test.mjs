@@ -205,6 +205,7 @@ test('SIGTERM hands sessions over', { skip }, async (t) => {
   await a.c.control(session, { op: 'step', ticks: 77 });
   const state = (await a.c.get(session.links.state)).json;
   const viewer = await a.c.stream(playing);
+  await viewer.frame();
   const ended = a.stop();
   await waitFor(async () => (await a.c.get('/readyz')).status === 404, '404', 2000);
   await waitFor(() => viewer.closed, 'the viewer to be sent on');
