@@ -315,7 +315,7 @@ test(`${SESSIONS} sessions through kills of their daemons are as undisturbed one
     repeated = 0,
     on = true;
   const killer = (async () => {
-    while (on) {
+    while (on && kills < 8) {
       await pause(200 + 400 * chance());
       const i = Math.floor(chance() * daemons.length),
         { port } = daemons[i];
