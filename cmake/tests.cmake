@@ -53,6 +53,9 @@ endfunction()
 # ---- unit tests, mirroring src ----
 file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS ${tests_dir}/test_*.c)
 add_custom_target(tests_of_threads)
+if(NOT POSTGRES_FOUND)
+    list(FILTER test_sources EXCLUDE REGEX "/test_shared\\.c$")
+endif()
 foreach(source IN LISTS test_sources)
     file(RELATIVE_PATH room ${tests_dir} ${source})
     string(REGEX REPLACE "/.*" "" room ${room})
@@ -82,6 +85,10 @@ endforeach()
 if(POSTGRES_FOUND AND TARGET test_experiment_result_store)
     laglab_test(experiment.result_store_postgres experiment test_experiment_result_store postgres)
     set_tests_properties(experiment.result_store_postgres PROPERTIES SKIP_RETURN_CODE 77)
+endif()
+
+if(TARGET test_daemon_shared)
+    set_tests_properties(daemon.shared PROPERTIES SKIP_RETURN_CODE 77)
 endif()
 
 # ---- what a frame costs ----

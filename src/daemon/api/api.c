@@ -24,11 +24,10 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
 {
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_session_entry *session_entry = ll_host_find(api->host, request->parameter[0]);
-    if (!session_entry) {
-        ll_status error = ll_error(LL_NOT_FOUND, "Session not found.");
-        ll_http_problem(response, request, &error);
-    }
+    ll_session_entry *session_entry;
+    ll_status status = ll_host_obtain(api->host, request->parameter[0], request->task, &session_entry);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
     return session_entry;
 }
 
@@ -87,6 +86,8 @@ void ll_api_problem(ll_http_response *response, const ll_http_request *request, 
         ll_http_problem_later(response, request, 429, 1, error);
     else if (error->code == LL_IO)
         ll_http_problem_as(response, request, 507, error);
+    else if (error->code == LL_UNAVAILABLE)
+        ll_http_problem_later(response, request, 503, 1, error);
     else
         ll_http_problem(response, request, error);
 }

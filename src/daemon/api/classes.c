@@ -113,6 +113,15 @@ static void answer_class(ll_api *api, const ll_http_request *request, ll_http_re
 
 /* ---- the class ---- */
 
+/* Members and board of a class are of one daemon. With --url sessions move between daemons, and a class would
+ * lose its board; keys of a class mean nothing to the daemon that has the board then. */
+static ll_status check_alone(const ll_api *api)
+{
+    if (!ll_store_is_shared(api->store) || !ll_host_get_config(api->host)->url[0])
+        return ll_ok();
+    return ll_error(LL_UNAVAILABLE, "This daemon is one of several (--url), which cannot hold classes yet.");
+}
+
 void ll_post_classes(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
@@ -123,9 +132,11 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     cJSON *body = ll_api_optional_body(request, response), *state = NULL;
     if (!body)
         return;
-    ll_status status = ll_host_allows_creation(api->host, request->peer)
-                           ? ll_classes_open(api->classes, request->peer, key, &entry)
-                           : ll_error(LL_LIMIT, "Too many classes and sessions created from this address.");
+    ll_status status = check_alone(api);
+    if (!ll_failed(&status))
+        status = ll_host_allows_creation(api->host, request->peer)
+                     ? ll_classes_open(api->classes, request->peer, key, &entry)
+                     : ll_error(LL_LIMIT, "Too many classes and sessions created from this address.");
     ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
     if (c) {
         status = ll_class_change(c, body);
@@ -206,8 +217,9 @@ static ll_session_entry *find_own(ll_api *api, const cJSON *body, const ll_http_
         status = ll_field_error(LL_BAD_INPUT, "session", "session: must be the id of a session (text).");
     if (!ll_failed(&status) && !cJSON_IsString(key))
         status = ll_field_error(LL_BAD_INPUT, "owner_key", "owner_key: must be that of the session (text).");
-    ll_session_entry *session = ll_failed(&status) ? NULL : ll_host_find(api->host, id->valuestring);
-    if (!ll_failed(&status) && !session)
+    ll_session_entry *session = NULL;
+    LL_THEN(status, ll_host_obtain(api->host, id->valuestring, request->task, &session));
+    if (status.code == LL_NOT_FOUND)
         status = ll_field_error(LL_BAD_INPUT, "session", "session: there is none with this id.");
     if (session &&
         ll_session_entry_role(session, key->valuestring, strlen(key->valuestring)) != LL_ROLE_OWNER)

@@ -33,14 +33,18 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
     ll_api *api = context;
     int phase = atomic_load(&api->phase);
     ll_status stuck = phase == LL_API_READY ? find_stuck(api) : ll_ok();
+    ll_status lease = ll_store_check_lease(api->store);
     if (ll_failed(&stuck)) {
         ll_http_problem_later(response, request, 503, 5, &stuck);
-    } else if (phase == LL_API_READY) {
+    } else if (phase == LL_API_READY && !ll_failed(&lease)) {
         ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
     } else {
-        ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
-                                                                      : "The daemon is stopping.");
-        ll_http_problem_later(response, request, 503, 5, &error);
+        ll_status error = ll_failed(&lease)
+                              ? lease
+                              : ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
+                                                                            : "The daemon is stopping.");
+        /* With 404 a proxy leaves streams alone, and sends new requests to other daemons. */
+        ll_http_problem_later(response, request, ll_store_is_shared(api->store) ? 404 : 503, 5, &error);
     }
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
@@ -88,6 +92,46 @@ static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_
     ll_prometheus_refused(r, d);
 }
 
+static void write_store(ll_http_response *r, ll_api *api)
+{
+    ll_store_stats store = ll_store_get_stats(api->store);
+    int64_t commits = 0;
+    ll_prometheus_gauge(r, "store_queue", (double)store.queued, "Records waiting to be stored.");
+    ll_prometheus_counter(r, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");
+    ll_prometheus_counter(r, "store_failures_total", (uint64_t)store.failures,
+                          "Failed commits, which are retried.");
+    ll_prometheus_gauge(r, "store_failing", ll_store_failing(api->store, NULL), "1 while the store fails.");
+    ll_prometheus_family(r, "store_commit_seconds", "histogram", "Time of a commit.");
+    for (int i = 0; i < LL_STORE_TIMES; i++) {
+        char limit[24] = "+Inf";
+        commits += store.times[i];
+        if (i < LL_STORE_TIMES - 1)
+            snprintf(limit, sizeof limit, "%g", ll_store_time_limits[i]);
+        ll_prometheus_labelled(r, "store_commit_seconds_bucket", "le", limit, (uint64_t)commits);
+    }
+    ll_http_printf(r, "laglab_store_commit_seconds_sum %.6f\nlaglab_store_commit_seconds_count %lld\n",
+                   store.commit_s, (long long)commits);
+}
+
+/* Of a store that several daemons share. */
+static void write_sharing(ll_http_response *r, ll_api *api, const ll_host_stats *s)
+{
+    if (!ll_store_is_shared(api->store))
+        return;
+    double left = ll_store_lease_left_s(api->store);
+    ll_prometheus_gauge(
+        r, "lease_left_seconds", left > 0 ? left : 0,
+        "Time until this daemon stops its sessions, unless it can renew its lease; 0: they are stopped.");
+    ll_prometheus_family(
+        r, "claims_total", "counter",
+        "Sessions claimed: without an owner, this daemon's own, of a dead daemon, or given by a living one.");
+    for (int i = 0; i < LL_CLAIM_WHYS; i++)
+        ll_prometheus_labelled(r, "claims_total", "why", ll_claim_whys[i], s->claims[i]);
+    ll_prometheus_counter(r, "sessions_given_total", s->given, "Sessions given to other daemons.");
+    ll_prometheus_counter(r, "replay_mismatch_total", s->mismatches,
+                          "Claimed sessions whose log leads to another state than they had.");
+}
+
 void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)request;
@@ -97,7 +141,6 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     if (web_server)
         d = ll_web_server_get_stats(web_server);
     ll_host_stats s = ll_host_get_stats(api->host);
-    ll_store_stats store = ll_store_get_stats(api->store);
     ll_tasks_stats tasks = ll_tasks_get_stats(api->tasks);
     ll_prometheus_begin(response);
     ll_prometheus_process(response, (double)(ll_host_now() - api->started) / 1e9);
@@ -108,11 +151,6 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_prometheus_answered(response, &api->answered);
     ll_prometheus_tasks(response, &tasks, &d);
     write_refused(response, &s, &d);
-    ll_prometheus_gauge(response, "store_queue", (double)store.queued, "Records waiting to be stored.");
-    ll_prometheus_counter(response, "store_commits_total", (uint64_t)store.commits,
-                          "Commits of the database.");
-    ll_prometheus_counter(response, "store_failures_total", (uint64_t)store.failures,
-                          "Failed commits, which are retried.");
-    ll_prometheus_gauge(response, "store_failing", ll_store_failing(api->store, NULL),
-                        "1 while the store fails.");
+    write_store(response, api);
+    write_sharing(response, api, &s);
 }

@@ -319,23 +319,22 @@ void ll_delete_session(void *context, const ll_http_request *request, ll_http_re
 void ll_get_code(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
+    char id[LL_ID_LENGTH + 1];
     ll_status status = ll_ok();
     if (!ll_api_started(api, request, response))
         return;
+    if (ll_store_is_shared(api->store) && ll_http_become_task(request, response))
+        return; /* the store may be asked, which may take long */
     if (!ll_host_allows_lookup(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many codes looked up from this address.");
-    ll_session_entry *session_entry =
-        ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);
-    if (!session_entry && !ll_failed(&status))
-        status = ll_error(LL_NOT_FOUND, "Code not found.");
+    LL_THEN(status, ll_host_find_code_id(api->host, request->parameter[0], id));
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
         return;
     }
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_session_entry_id(session_entry));
-    ll_api_links(json, ll_session_entry_id(session_entry));
+    cJSON_AddStringToObject(json, "id", id);
+    ll_api_links(json, id);
     ll_http_json(response, 200, json);
     cJSON_Delete(json);
-    ll_session_entry_release(session_entry);
 }

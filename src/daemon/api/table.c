@@ -162,7 +162,7 @@ static const ll_http_route table[] = {
      .run_on = LL_HTTP_POOL},
     {.method = "GET", .pattern = V1 "/tradeoffs/{id}", .handler = ll_get_tradeoff},
     {.method = "DELETE", .pattern = V1 "/tradeoffs/{id}", .handler = ll_delete_tradeoff},
-    {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
+    {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code, .run_on = LL_HTTP_POOL},
     {.method = "POST",
      .pattern = V1 "/classes",
      .handler = ll_post_classes,

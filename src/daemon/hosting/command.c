@@ -37,8 +37,8 @@ static ll_status stop_seek(ll_session_entry *session_entry, bool ours, int64_t g
                     (long long)info.tick, (long long)goal);
 }
 
-/* Runs the seek to its end. Locked at the call and at the return, except on LL_NOT_FOUND. */
-static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task)
+/* Runs the seek to its end. Locked at the call and at the return, unless it is gone. */
+static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, bool *locked)
 {
     uint32_t command_count = session_entry->command_count;
     int64_t goal = -1;
@@ -56,8 +56,10 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task)
         bool more = ll_task_yield(task);
         pthread_mutex_lock(&session_entry->lock);
         if (session_entry->deleted || !session_entry->session) {
+            ll_status gone = ll_session_entry_gone(session_entry);
+            *locked = false;
             pthread_mutex_unlock(&session_entry->lock);
-            return ll_error(LL_NOT_FOUND, "Session not found.");
+            return gone;
         }
         if (!more && ll_session_get_info(session_entry->session).seeking)
             return stop_seek(session_entry, session_entry->command_count == command_count, goal);
@@ -73,15 +75,16 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
     LL_TRY(ll_session_entry_enter(session_entry, request->task, &session, NULL));
     ll_session_entry_stop_work(session_entry);
     if (session_entry->deleted || !session_entry->session) {
+        ll_status gone = ll_session_entry_gone(session_entry);
         pthread_mutex_unlock(&session_entry->lock);
-        return ll_error(LL_NOT_FOUND, "Session not found.");
+        return gone;
     }
+    bool locked = true;
     ll_status status = take(session_entry, request, session);
-    if (!ll_failed(&status) && request->task) {
-        status = finish_seek(session_entry, request->task);
-        if (status.code == LL_NOT_FOUND)
-            return status;
-    }
+    if (!ll_failed(&status) && request->task)
+        status = finish_seek(session_entry, request->task, &locked);
+    if (!locked)
+        return status;
     if (!ll_failed(&status) && request->report)
         request->report(request->context, session);
     *ticket = session_entry->stored.ticket;
@@ -98,9 +101,40 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
     ll_status status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) {
         atomic_fetch_add(&host->refused.store, 1);
-        return ll_error(LL_IO, "Command not stored; a restart may lose it: %.170s", status.text);
+        return ll_error(status.code, "Command not stored; a restart may lose it: %.170s", status.text);
     }
     return ll_ok();
+}
+
+bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char *reason)
+{
+    bool first = !session_entry->deleted;
+    session_entry->deleted = true;
+    atomic_fetch_add(&session_entry->shared.cancels, 1);
+    /* Not with the last reference: a sleeping worker may hold one for long. */
+    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+    if (!first)
+        return false;
+    if (session_entry->session)
+        ll_session_destroy(session_entry->session);
+    session_entry->session = NULL;
+    ll_session_entry_count_memory(session_entry, 0);
+    atomic_store(&session_entry->shared.status, -1);
+    ll_ws_stream_close(session_entry->stream, code, reason);
+    return true;
+}
+
+bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *reason)
+{
+    ll_status status = ll_session_entry_lock(session_entry, NULL);
+    if (ll_failed(&status))
+        return false;
+    session_entry->moved = true;
+    bool dropped = ll_session_entry_drop(session_entry, LL_WS_RESTART, reason);
+    pthread_mutex_unlock(&session_entry->lock);
+    if (dropped)
+        ll_host_unregister(host, session_entry);
+    return dropped;
 }
 
 /* Removes a session from memory and registry, also while the store fails; its row is deleted when the store
@@ -108,20 +142,9 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket)
 {
     pthread_mutex_lock(&session_entry->lock);
-    bool first = !session_entry->deleted;
-    session_entry->deleted = true;
-    atomic_fetch_add(&session_entry->shared.cancels, 1);
-    /* Not with the last reference: a sleeping worker may hold one for long. */
-    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
-    if (first) {
-        if (session_entry->session)
-            ll_session_destroy(session_entry->session);
-        session_entry->session = NULL;
-        ll_session_entry_count_memory(session_entry, 0);
-        atomic_store(&session_entry->shared.status, -1);
-        *ticket = ll_store_delete(host->store, session_entry->stored.number);
-        ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
-    }
+    bool first = ll_session_entry_drop(session_entry, LL_WS_NO_SESSION, "the session was deleted");
+    if (first)
+        *ticket = ll_store_delete(host->store, session_entry->stored.place);
     pthread_mutex_unlock(&session_entry->lock);
     if (first)
         ll_host_unregister(host, session_entry);
@@ -138,7 +161,7 @@ ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task
     pthread_mutex_unlock(&session_entry->lock);
     uint64_t ticket = 0;
     if (!ll_host_discard(host, session_entry, &ticket))
-        return ll_error(LL_NOT_FOUND, "Session not found.");
+        return ll_session_entry_gone(session_entry);
     atomic_fetch_add(&host->counts.deleted, 1);
     return ll_store_wait(host->store, ticket);
 }

@@ -8,7 +8,15 @@ static const ll_param rows[] = {
              "~/.local/state/laglab."},
     {ROW(store, LL_PARAM_TEXT), .max = 511,
      .help = "Store of experiments: sqlite:FILE or postgresql://USER@HOST/DATABASE, which `laglab worker` "
-             "may share. Empty: $LAGLAB_STORE, or the folder of --data."},
+             "may share. With PostgreSQL also of the sessions, which several daemons may share. Empty: "
+             "$LAGLAB_STORE, or the folder of --data."},
+    {ROW(url, LL_PARAM_TEXT), .max = LL_STORE_URL_MAX,
+     .help =
+         "Where the other daemons of a PostgreSQL store reach this one: http://HOST:PORT. Empty: this daemon "
+         "is alone, or its sessions wait for the end of its lease when it is killed."},
+    {ROW(lease_s, LL_PARAM_REAL), .min = 0.5, .max = 3600, .default_value = 10, .unit = "s",
+     .help = "With a PostgreSQL store: other daemons take over the sessions of one that was silent for this "
+             "time. A daemon that cannot reach the store stops its sessions after 0.6 of it."},
     {ROW(scenarios, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of the scenarios; empty: `scenarios` next to the program."},
     {ROW(api, LL_PARAM_TEXT), .max = 511,

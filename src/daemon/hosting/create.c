@@ -127,6 +127,26 @@ static ll_status register_created(ll_host *host, ll_session_entry *session_entry
     return status;
 }
 
+/* What it is called in the store. In a shared one its code is reserved before anything is stored, since other
+ * daemons choose codes at the same time. */
+static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry)
+{
+    LL_TRY(ll_store_new_place(host->store, &session_entry->stored.place));
+    atomic_store(&session_entry->shared.claimed, true);
+    if (!ll_store_is_shared(host->store))
+        return ll_ok();
+    for (int attempt = 0; attempt < 100; attempt++) {
+        char *code = session_entry->identity.code;
+        bool taken = true;
+        if (!ll_new_code(code))
+            return ll_error(LL_NO_MEMORY, "Random numbers for a code not available.");
+        LL_TRY(ll_store_reserve_code(host->store, session_entry->stored.place.number, code, &taken));
+        if (!taken)
+            return ll_ok();
+    }
+    return ll_error(LL_UNAVAILABLE, "No code is free.");
+}
+
 /* The engine checks the scenario first: an invalid one never gets into the registry or the store. */
 ll_status ll_host_create_session(ll_host *host, const ll_create_request *request, ll_created_session *created)
 {
@@ -144,14 +164,18 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         ll_session_entry_release(session_entry);
         return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
-    session_entry->stored.number = ll_store_new_number(host->store);
     session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
+    status = reserve_names(host, session_entry);
+    if (ll_failed(&status)) {
+        ll_scenario_free(&scenario);
+        ll_session_entry_release(session_entry);
+        return status;
+    }
     pthread_mutex_lock(&session_entry->lock);
+    session_entry->stored.collecting = true;
     status = make_session(session_entry, request, &scenario, created);
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, register_created(host, session_entry, created));
-    if (ll_failed(&status) && session_entry->stored.lines > 0)
-        ll_store_delete(host->store, session_entry->stored.number);
     if (!ll_failed(&status))
         ll_session_entry_save(session_entry);
     session_entry->deleted = ll_failed(&status);
@@ -172,7 +196,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     if (ll_failed(&status)) { /* no client has its key: delete it when the store works again */
         ll_host_discard(host, session_entry, &ticket);
         ll_session_entry_release(session_entry);
-        return ll_error(LL_IO, "Session not stored: %.200s", status.text);
+        return ll_error(status.code, "Session not stored: %.200s", status.text);
     }
     ll_session_entry_notify(session_entry);
     created->session_entry = session_entry;

@@ -49,9 +49,11 @@ ll_session_entry *ll_session_entry_new(ll_host *host)
     session_entry->identity.created_ms = unix_ms();
     session_entry->published.tick = -1;
     session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
+    session_entry->inbox.early_end = &session_entry->inbox.early;
     atomic_init(&session_entry->shared.references, 1);
     atomic_init(&session_entry->shared.last_used, ll_host_now());
     atomic_init(&session_entry->shared.status, -1);
+    atomic_init(&session_entry->shared.claimed, !ll_store_is_shared(host->store));
     pthread_mutex_init(&session_entry->lock, NULL);
     pthread_mutex_init(&session_entry->inbox.lock, NULL);
     pthread_cond_init(&session_entry->work.background_tick_done, NULL);
@@ -63,6 +65,7 @@ void ll_session_entry_release(ll_session_entry *session_entry)
     if (!session_entry || atomic_fetch_sub(&session_entry->shared.references, 1) > 1)
         return;
     ll_viewers_free(session_entry);
+    ll_store_batch_free(&session_entry->stored.collected);
     ll_frame_state_clear(&session_entry->published.last);
     if (session_entry->session)
         ll_session_destroy(session_entry->session);
@@ -131,8 +134,12 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     session_entry->stored.rewound =
         session_entry->stored.rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
-    session_entry->stored.ticket = ll_store_line(session_entry->host->store, session_entry->stored.number,
-                                                 session_entry->stored.lines++, line, length);
+    ll_entry_stored *stored = &session_entry->stored;
+    int64_t index = stored->lines++;
+    if (stored->collecting)
+        ll_store_batch_line(&stored->collected, stored->place, index, line, length);
+    else
+        stored->ticket = ll_store_line(session_entry->host->store, stored->place, index, line, length);
 }
 
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes)
@@ -173,7 +180,7 @@ void ll_session_entry_save(ll_session_entry *session_entry)
     ll_session_info info = ll_session_get_info(session_entry->session);
     ll_entry_stored *stored = &session_entry->stored;
     const ll_entry_identity *identity = &session_entry->identity;
-    ll_stored row = {.number = stored->number,
+    ll_stored row = {.place = stored->place,
                      .created_ms = identity->created_ms,
                      .seen_ms = unix_ms(),
                      .key_count = identity->key_count,
@@ -185,29 +192,46 @@ void ll_session_entry_save(ll_session_entry *session_entry)
     memcpy(row.id, identity->id, sizeof row.id);
     memcpy(row.code, identity->code, sizeof row.code);
     memcpy(row.keys, identity->keys, (size_t)identity->key_count * sizeof *row.keys);
+    if (ll_store_is_shared(session_entry->host->store))
+        ll_session_entry_add_hash(session_entry, &row);
     stored->playing = row.playing;
     stored->speed = row.speed;
     stored->tick = row.tick;
     stored->head_tick = row.head_tick;
     stored->saved_wall = session_entry->wall;
     stored->rewound = false;
-    stored->ticket = ll_store_put(session_entry->host->store, &row);
+    if (stored->collecting) {
+        ll_store_batch_put(&stored->collected, &row);
+        stored->ticket = ll_store_submit(session_entry->host->store, &stored->collected);
+        stored->collecting = false;
+    } else {
+        stored->ticket = ll_store_put(session_entry->host->store, &row);
+    }
 }
 
 /* ---- loading ---- */
 
 /* Restores the clock as last stored, or at the last command when that is later. A playing session continues
- * from the daemon's start. */
+ * from the daemon's start, or from its claim. */
 static void resume(ll_session_entry *session_entry)
 {
     const ll_entry_stored *row = &session_entry->stored;
+    const ll_host *host = session_entry->host;
+    ll_time from = ll_store_is_shared(host->store) ? session_entry->wall : host->started;
     bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
-    ll_session_set_position(session_entry->session, session_entry->host->started,
+    ll_session_set_position(session_entry->session, from,
                             &(ll_session_position){.tick = older ? -1 : row->tick,
                                                    .head = row->head_tick,
                                                    .speed = row->speed,
                                                    .playing = row->playing});
-    session_entry->wall = session_entry->host->started;
+    session_entry->wall = from;
+}
+
+ll_status ll_session_entry_stored_log(ll_session_entry *session_entry, char **text, size_t *length)
+{
+    if (!session_entry->host->store)
+        return ll_error(LL_NOT_FOUND, "Sessions are not stored.");
+    return ll_store_read_log(session_entry->host->store, session_entry->stored.place.number, text, length);
 }
 
 ll_status ll_session_entry_load(ll_session_entry *session_entry)
@@ -216,17 +240,22 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
         return ll_ok();
     char *text = NULL;
     size_t length = 0;
-    LL_TRY(ll_store_read_log(session_entry->host->store, session_entry->stored.number, &text, &length));
+    LL_TRY(ll_session_entry_stored_log(session_entry, &text, &length));
     LL_ASSERT(!session_entry->restoring); /* one thread loads it */
+    ll_status status = ll_session_entry_check_replay(session_entry, text, length);
+    if (ll_failed(&status)) {
+        free(text);
+        return status;
+    }
     session_entry->restoring = true;
-    ll_status status =
+    status =
         ll_session_restore(text, length, ll_session_entry_on_line, session_entry, &session_entry->session);
     session_entry->restoring = false;
     free(text);
     if (ll_failed(&status)) {
         session_entry->session = NULL;
         ll_log_write("error", "session not restored", "Stored session %lld: %s",
-                     (long long)session_entry->stored.number, status.text);
+                     (long long)session_entry->stored.place.number, status.text);
         return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(session_entry);
@@ -461,6 +490,13 @@ static bool try_lock(ll_session_entry *session_entry, double ms)
     return pthread_mutex_timedlock(&session_entry->lock, &until) == 0;
 }
 
+ll_status ll_session_entry_gone(const ll_session_entry *session_entry)
+{
+    return session_entry->moved
+               ? ll_error(LL_UNAVAILABLE, "The session has just left this daemon; repeat the request.")
+               : ll_error(LL_NOT_FOUND, "Session not found.");
+}
+
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 {
     while (!try_lock(session_entry, lock_timeout_ms)) {
@@ -469,8 +505,9 @@ ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
     }
     if (!session_entry->deleted)
         return ll_ok();
+    ll_status status = ll_session_entry_gone(session_entry);
     pthread_mutex_unlock(&session_entry->lock);
-    return ll_error(LL_NOT_FOUND, "Session not found.");
+    return status;
 }
 
 /* Loads the session and begins to wake it; locked. */
@@ -508,8 +545,9 @@ static ll_status wake(ll_session_entry *session_entry, ll_task *task)
             return status;
         }
         if (ll_session_entry_work(session_entry, task, 0) < 0) {
+            status = ll_session_entry_gone(session_entry);
             pthread_mutex_unlock(&session_entry->lock);
-            return ll_error(LL_NOT_FOUND, "Session not found.");
+            return status;
         }
         if (!ll_session_get_info(session_entry->session).parked)
             break;
@@ -544,8 +582,9 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
         if (!task)
             ll_session_entry_advance(session_entry, ll_host_now(), piece_ms);
         if (task && ll_session_entry_work(session_entry, task, catch_up_ms) < 0) {
+            status = ll_session_entry_gone(session_entry);
             pthread_mutex_unlock(&session_entry->lock);
-            return ll_error(LL_NOT_FOUND, "Session not found.");
+            return status;
         }
         behind = behind_ms(session_entry);
         if (!task || behind == 0)
@@ -561,6 +600,7 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
                                  bool *was_parked)
 {
     atomic_store(&session_entry->shared.last_used, ll_host_now());
+    LL_TRY(ll_store_check_lease(session_entry->host->store));
     LL_TRY(ll_session_entry_lock(session_entry, task));
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)
@@ -601,9 +641,9 @@ void ll_host_release_memory(ll_host *host, int64_t bytes)
 
 ll_status ll_host_check_store(ll_host *host)
 {
-    ll_status why;
-    if (!ll_store_failing(host->store, &why))
+    ll_status why = ll_store_check_lease(host->store);
+    if (!ll_failed(&why) && !ll_store_failing(host->store, &why))
         return ll_ok();
     atomic_fetch_add(&host->refused.store, 1);
-    return ll_error(LL_IO, "Storage unavailable; change rejected: %.180s", why.text);
+    return ll_error(why.code, "Storage unavailable; change rejected: %.180s", why.text);
 }

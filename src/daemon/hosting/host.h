@@ -19,18 +19,20 @@
 
 #include "base/status.h"
 #include "base/vtime.h"
-#include "daemon/store/store.h"
+#include "daemon/store/shared.h"
 #include "daemon/stream/ws.h"
 #include "session/session.h"
 
 /* Every setting is a row of ll_host_table: `park_after_s` is `--park-after-s` on the command line. */
 typedef struct ll_host_config {
-    char data[512];       /* folder of the database; `memory`: nothing is stored */
-    char store[512];      /* URL of the experiments' store; empty: in `data` */
-    char scenarios[512];  /* folder of the library */
-    char api[512];        /* folder of openapi.yaml and asyncapi.yaml */
-    int64_t threads;      /* that step sessions; 0: one per core */
-    int64_t work_threads; /* tasks that run at once; 0: one per core */
+    char data[512];  /* folder of the database; `memory`: nothing is stored */
+    char store[512]; /* URL of the experiments' store, and of the sessions' if PostgreSQL; empty: in `data` */
+    char url[LL_STORE_URL_MAX + 1]; /* where other daemons of the store reach this one; empty: not at all */
+    double lease_s;                 /* of this daemon on the sessions that it has of a shared store */
+    char scenarios[512];            /* folder of the library */
+    char api[512];                  /* folder of openapi.yaml and asyncapi.yaml */
+    int64_t threads;                /* that step sessions; 0: one per core */
+    int64_t work_threads;           /* tasks that run at once; 0: one per core */
     int64_t max_sessions;
     int64_t max_memory_mib;          /* 0: three quarters of the machine's */
     double max_new_sessions_per_min; /* by one address */
@@ -66,6 +68,8 @@ typedef struct ll_host_stats {
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
     uint64_t refused_memory, refused_logs;
+    /* Of a shared store: sessions claimed by reason, given to other daemons; replays with another state. */
+    uint64_t claims[LL_CLAIM_WHYS], given, mismatches;
     int64_t log_bytes;          /* of all sessions */
     int64_t memory, memory_max; /* bytes: reserved by sessions in memory, and the maximum */
 } ll_host_stats;
@@ -121,6 +125,18 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
 
 ll_session_entry *ll_host_find(ll_host *host, const char *id); /* NULL: not found */
 ll_session_entry *ll_host_find_code(ll_host *host, const char *code);
+
+/* The session, found here or, of a shared store, claimed: from no owner, from a dead one, or from a living
+ * one that gives it away. Without a task, LL_INTERRUPTED when it is not here. LL_NOT_FOUND;
+ * LL_UNAVAILABLE: try again; LL_CONFLICT: it is of another engine. */
+ll_status ll_host_obtain(ll_host *host, const char *id, struct ll_task *task,
+                         ll_session_entry **session_entry);
+/* The id of the session with that code, which may be another daemon's. Asks the store if that is shared. */
+ll_status ll_host_find_code_id(ll_host *host, const char *code, char id[LL_ID_LENGTH + 1]);
+/* Gives all sessions to other daemons, in about `pause_s` and 10 ms for each, and stores them; at the end. */
+void ll_host_hand_over(ll_host *host, double pause_s);
+/* The lines of its log as stored, also when they cannot be replayed; caller frees `*text`. */
+ll_status ll_session_entry_stored_log(ll_session_entry *session_entry, char **text, size_t *length);
 void ll_session_entry_release(ll_session_entry *session_entry);
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);

@@ -42,6 +42,17 @@ static void expire(ll_host *host)
     }
 }
 
+/* Sessions of a shared store that no daemon has. */
+static void expire_unowned(ll_host *host)
+{
+    int64_t deleted;
+    ll_status status = ll_store_expire(host->store, host->config.session_ttl_s, &deleted);
+    if (ll_failed(&status))
+        return; /* as above */
+    atomic_fetch_add(&host->counts.deleted, (uint64_t)deleted);
+    atomic_fetch_add(&host->counts.expired, (uint64_t)deleted);
+}
+
 static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
@@ -58,6 +69,7 @@ static void *reap_expired(void *argument)
             ;
         pthread_mutex_unlock(&host->registry.lock);
         expire(host);
+        expire_unowned(host);
         pthread_mutex_lock(&host->registry.lock);
     }
     pthread_mutex_unlock(&host->registry.lock);
@@ -69,14 +81,14 @@ static void add_stored(void *context, const ll_stored *stored)
     ll_host *host = context;
     if (stored->lines == 0 || stored->key_count < 1 || !ll_is_id(stored->id) || !ll_is_code(stored->code)) {
         ll_log_write("warn", "stored session left out", "Session %lld has no log or no key.",
-                     (long long)stored->number);
+                     (long long)stored->place.number);
         return;
     }
     ll_session_entry *session_entry = ll_session_entry_new(host);
     if (!session_entry)
         return;
     ll_entry_stored *mine = &session_entry->stored;
-    mine->number = stored->number;
+    mine->place = stored->place;
     mine->playing = stored->playing;
     mine->speed = stored->speed;
     mine->tick = stored->tick;
@@ -118,6 +130,8 @@ static int64_t available_memory(void)
 ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks *tasks, ll_host **result)
 {
     *result = NULL;
+    if (config->url[0] && !ll_neighbour_is_url(config->url))
+        return ll_field_error(LL_BAD_INPUT, "url", "url: must be http://HOST:PORT; got %.120s", config->url);
     ll_host *host = calloc(1, sizeof *host);
     if (!host)
         return ll_error(LL_NO_MEMORY, "out of memory: hosting");
@@ -128,6 +142,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->replies.end = &host->replies.first;
     pthread_mutex_init(&host->registry.lock, NULL);
     pthread_mutex_init(&host->replies.lock, NULL);
+    ll_keeper_init(host);
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -170,12 +185,14 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
     for (int i = 0; i < host->worker_count; i++) {
         LL_TRY(ll_worker_start(&host->workers[i]));
     }
+    LL_TRY(ll_keeper_start(host));
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }
 
 void ll_host_stop(ll_host *host)
 {
+    ll_keeper_stop(host);
     pthread_mutex_lock(&host->registry.lock);
     host->registry.stopping = true;
     pthread_cond_broadcast(&host->registry.stop);
@@ -235,6 +252,7 @@ void ll_host_free(ll_host *host)
     free(host->workers);
     pthread_mutex_destroy(&host->registry.lock);
     pthread_mutex_destroy(&host->replies.lock);
+    ll_keeper_free(host);
     pthread_cond_destroy(&host->registry.stop);
     free(host);
 }
@@ -277,6 +295,8 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .frames = atomic_load(&host->counts.frames),
         .commands = atomic_load(&host->counts.commands),
         .inputs = atomic_load(&host->counts.inputs),
+        .given = atomic_load(&host->counts.given),
+        .mismatches = atomic_load(&host->counts.mismatches),
         .refused_sessions = atomic_load(&host->refused.sessions),
         .refused_creations = atomic_load(&host->refused.creations),
         .refused_lookups = atomic_load(&host->refused.lookups),
@@ -288,6 +308,8 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .memory = atomic_load(&host->usage.memory),
         .memory_max = host->usage.memory_max,
     };
+    for (int i = 0; i < LL_CLAIM_WHYS; i++)
+        stats.claims[i] = atomic_load(&host->counts.claims[i]);
     pthread_mutex_lock(&host->registry.lock);
     stats.sessions = host->registry.sessions;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {

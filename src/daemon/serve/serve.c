@@ -15,14 +15,16 @@
 #include "daemon/hosting/host.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/listener/web_server.h"
-#include "daemon/store/store.h"
+#include "daemon/store/shared.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
 #include "daemon/support/process.h"
 #include "daemon/support/tasks.h"
+#include "experiment/store/result_store.h"
 #include "library/program.h"
 
 #define FORCED_EXIT_S 0.7 /* after the time that viewers have to close */
+#define NOTICE_S 0.7      /* in which proxies see that a daemon of a shared store drains */
 
 typedef struct daemon_parts {
     ll_web_server_config web_server_config;
@@ -66,9 +68,32 @@ static bool default_data(char *folder, size_t size)
     return written > 0 && (size_t)written < size;
 }
 
+/* A URL of PostgreSQL; NULL: sessions are stored in a folder. */
+static const char *shared_url(const daemon_parts *d)
+{
+    const char *url = ll_result_store_url(d->host_config.store);
+    return url && (strncmp(url, "postgresql://", 13) == 0 || strncmp(url, "postgres://", 11) == 0) ? url
+                                                                                                   : NULL;
+}
+
+/* Then the folder is for temporary files only, and need not be. */
+static ll_status open_shared(daemon_parts *d)
+{
+    char *folder = d->host_config.data;
+    ll_shared_config config = {
+        .url = shared_url(d), .address = d->host_config.url, .lease_s = d->host_config.lease_s};
+    if (folder[0] && strcmp(folder, "memory") != 0)
+        mkdir(folder, 0700);
+    if (access(folder, W_OK | X_OK) != 0)
+        folder[0] = '\0';
+    return ll_store_open_shared(&config, &d->store);
+}
+
 /* A folder that was given must work; the default one may be missing. */
 static ll_status open_store(daemon_parts *d)
 {
+    if (shared_url(d))
+        return open_shared(d);
     char *folder = d->host_config.data;
     if (strcmp(folder, "memory") == 0) {
         ll_log_write("info", "no store", "Sessions are kept in memory only.");
@@ -101,12 +126,12 @@ static ll_status start(daemon_parts *d)
     ll_status status = ll_access_open(&d->access_config, &d->access);
     d->host_config.access = &d->access;
     LL_THEN(status, open_store(d));
-    if (!ll_failed(&status) && d->store)
+    if (!ll_failed(&status) && d->store && d->host_config.data[0])
         setenv("TMPDIR", d->host_config.data, 1); /* it may be the only writable folder */
     LL_THEN(status, ll_tasks_start((int)d->host_config.work_threads, &d->tasks));
     LL_THEN(status, ll_host_create(&d->host_config, d->store, d->tasks, &d->host));
-    LL_THEN(status,
-            ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments));
+    LL_THEN(status, ll_experiments_open(d->store && d->host_config.data[0] ? d->host_config.data : NULL,
+                                        &d->host_config, &d->experiments));
     LL_THEN(status, ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks));
     if (ll_failed(&status))
         return status;
@@ -124,9 +149,11 @@ static ll_status start(daemon_parts *d)
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
+    LL_THEN(status, ll_store_replace(d->store)); /* it listens: who had this address before has ended */
+    /* A shared store keeps no classes. */
     if (!ll_failed(&status))
-        status = ll_classes_start(&d->classes_config, d->host, d->store, d->tasks,
-                                  ll_web_server_ws(d->web_server), &d->api.classes);
+        status = ll_classes_start(&d->classes_config, d->host, ll_store_is_shared(d->store) ? NULL : d->store,
+                                  d->tasks, ll_web_server_ws(d->web_server), &d->api.classes);
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;
@@ -170,6 +197,8 @@ static void wait_for_end(daemon_parts *d)
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
+    if (ll_store_is_shared(d->store))
+        ll_host_hand_over(d->host, NOTICE_S);
     if (pthread_create(&impatient, NULL, end_in_time, d) == 0)
         pthread_detach(impatient);
 }

@@ -1,44 +1,72 @@
-/* Shared by store.c (opening, the queue, the writer thread) and read.c. Not for other rooms. */
+/* Shared by store.c (the queue, the writer thread) and the kinds of stores: sqlite.c, postgres.c. Not for
+ * other rooms. */
 #pragma once
 
 #include <pthread.h>
-#include <sqlite3.h>
 
+#include "daemon/store/shared.h"
 #include "daemon/store/store.h"
 
 typedef enum record_type {
     RECORD_ROW,
     RECORD_LINE,
     RECORD_DELETE,
+    RECORD_RELEASE,
     RECORD_CLASS,
     RECORD_DELETE_CLASS
 } record_type;
 
-typedef struct record {
-    struct record *next;
+typedef struct ll_store_record {
+    struct ll_store_record *next;
     record_type type;
-    int64_t number, index;
+    ll_store_place place;
+    int64_t index;
     size_t size;
     char bytes[]; /* an ll_stored, a line, or a class: its id, NUL, its text */
 } record;
 
-typedef enum statement {
-    PUT_ROW,
-    PUT_LINE,
-    DELETE_ROW,
-    DELETE_LOG,
-    PUT_CLASS,
-    DELETE_CLASS,
-    STATEMENTS
-} statement;
+/* What only a store that several daemons share does: shared.h. */
+typedef struct ll_shared_kind {
+    void (*fenced)(ll_store *store); /* called by ll_store_fence */
+    double (*lease_left_s)(ll_store *store);
+    ll_status (*claim)(ll_store *store, const char *id, ll_claim *claim);
+    ll_status (*release_id)(ll_store *store, const char *id);
+    ll_status (*mark_dead)(ll_store *store, int64_t daemon, bool gone, bool *marked);
+    ll_status (*ask)(ll_store *store, int64_t owner, const char *id);
+    void (*on_asked)(ll_store *store, void (*asked)(void *context, const char *id), void *context);
+    ll_status (*reserve_code)(ll_store *store, int64_t number, const char *code, bool *taken);
+    ll_status (*find_code)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+    ll_status (*expire)(ll_store *store, double ttl_s, int64_t *deleted);
+    ll_status (*replace)(ll_store *store);
+    ll_status (*drain)(ll_store *store);
+} ll_shared_kind;
 
+/* What a kind of store does. */
+typedef struct ll_store_kind {
+    const ll_shared_kind *shared; /* NULL: it belongs to one daemon */
+    int64_t retry_ms;             /* after a failed commit */
+    void (*close)(ll_store *store);
+    /* Called by the writer thread. All or nothing; the same batch may be written again. LL_CONFLICT: the
+     * incarnation `daemon` is dead, and nothing was written. */
+    ll_status (*commit)(ll_store *store, const record *batch, int64_t daemon);
+    ll_status (*list)(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context);
+    ll_status (*read_log)(ll_store *store, int64_t number, char **text, size_t *length);
+    ll_status (*list_classes)(ll_store *store,
+                              void (*each)(void *context, const char *id, int64_t seen_ms, const char *text),
+                              void *context);
+    /* Reserves numbers for new sessions: *first to *past - 1. */
+    ll_status (*new_numbers)(ll_store *store, int64_t *first, int64_t *past);
+} ll_store_kind;
+
+typedef struct lost_range {
+    uint64_t from, to;
+} lost_range;
+
+enum { LOST_RANGES = 16 };
+
+/* First member of each kind's own struct. */
 struct ll_store {
-    char *directory;
-    int lock_file;
-    sqlite3 *writer_db; /* of the writer thread */
-    sqlite3_stmt *prepared[STATEMENTS];
-    sqlite3 *reader_db;
-    pthread_mutex_t reader_lock;
+    const ll_store_kind *kind;
     pthread_t thread;
     bool started;
 
@@ -46,13 +74,37 @@ struct ll_store {
     pthread_cond_t queued, done;
     record *first, *last;
     uint64_t ticket, durable;
-    int64_t next_number;
-    int64_t commits, failures, waiting;
+    lost_range lost[LOST_RANGES]; /* the last ones; their waiters are woken at once */
+    int losses;
+    int64_t daemon; /* incarnation; 0: none now, or not shared */
+    int64_t next_number, past_number;
+    ll_store_stats stats;
     bool closing, failing;
     ll_status why;
     void (*notify)(void *context);
     void *notify_context;
 };
 
-/* What SQLite said last, with the name of the folder. */
-ll_status ll_store_error(const ll_store *store, sqlite3 *db, const char *doing);
+/* ---- postgres.c: only if built with libpq ---- */
+
+ll_status ll_pg_open(const ll_shared_config *config, ll_store **store);
+
+/* ---- store.c ---- */
+
+void ll_store_init(ll_store *store, const ll_store_kind *kind);
+ll_status ll_store_start(ll_store *store); /* the writer thread, when the kind is ready */
+void ll_store_end(ll_store *store);        /* frees the members above; by `close` */
+
+/* The incarnation is dead: what is queued is lost, and nothing more is accepted for it. Once: no effect for
+ * another than the present one. Not locked. */
+void ll_store_fence(ll_store *store, int64_t daemon);
+
+/* Appends a line and a newline to a text that grows. */
+typedef struct log_text {
+    char *text;
+    size_t length, capacity;
+} log_text;
+
+bool ll_store_add_line(log_text *log, const void *line, size_t size);
+/* The text as the result of read_log; an empty log is an error that names `where`. */
+ll_status ll_store_end_log(log_text *log, ll_status status, const char *where, char **text, size_t *length);

@@ -1,144 +1,28 @@
-#include "daemon/store/internal.h"
+/* The queue of records, the thread that writes it, and what does not depend on the kind of store. */
+#include "daemon/store/store.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "base/assert.h"
+#include "daemon/store/internal.h"
 
-enum { SCHEMA_VERSION = 1, BUSY_MS = 2000, RETRY_S = 1 };
+const double ll_store_time_limits[LL_STORE_TIMES - 1] = {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02,
+                                                         0.05,   0.1,   0.2,   0.5,   1};
 
-static const char schema[] =
-    "CREATE TABLE sessions(number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, code TEXT NOT NULL,"
-    " created_ms INTEGER NOT NULL, seen_ms INTEGER NOT NULL, keys BLOB NOT NULL,"
-    " playing INTEGER NOT NULL, speed REAL NOT NULL, tick INTEGER NOT NULL,"
-    " head_tick INTEGER NOT NULL);"
-    "CREATE TABLE log(session INTEGER NOT NULL, line_index INTEGER NOT NULL, line TEXT NOT NULL,"
-    " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
-    "PRAGMA user_version=1;";
+enum { WAIT_MS = 100 }; /* between two checks of the lease */
 
-/* Databases that were made before classes were stored get their table when they are opened; an older laglab
- * does not read it. */
-static const char class_table[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
-                                  " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;";
-
-static const char *const statement_sql[STATEMENTS] = {
-    [PUT_ROW] = "INSERT OR REPLACE INTO sessions VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
-    [PUT_LINE] = "INSERT OR REPLACE INTO log VALUES(?1,?2,?3)",
-    [DELETE_ROW] = "DELETE FROM sessions WHERE number=?1",
-    [DELETE_LOG] = "DELETE FROM log WHERE session=?1",
-    [PUT_CLASS] = "INSERT OR REPLACE INTO classes VALUES(?1,?2,?3)",
-    [DELETE_CLASS] = "DELETE FROM classes WHERE id=?1",
-};
-
-/* ---- errors ---- */
-
-ll_status ll_store_error(const ll_store *store, sqlite3 *db, const char *doing)
+static int64_t now_ns(void)
 {
-    int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
-    switch (code & 0xff) {
-    case SQLITE_FULL:
-        return ll_error(LL_IO, "Disk of %s is full.", store->directory);
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-    case SQLITE_PERM:
-        return ll_error(LL_IO, "Cannot write to %s: %s.", store->directory, sqlite3_errmsg(db));
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-        return ll_error(LL_IO, "Database in %s is locked by another program.", store->directory);
-    case SQLITE_NOTADB:
-    case SQLITE_CORRUPT:
-        return ll_error(LL_IO, "%s/laglab.db is damaged or not a database: %s.", store->directory,
-                        sqlite3_errmsg(db));
-    default:
-        return ll_error(LL_IO, "%s in %s failed: %s.", doing, store->directory,
-                        db ? sqlite3_errmsg(db) : "no memory");
-    }
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
 /* ---- the writer thread ---- */
-
-static void bind_row(sqlite3_stmt *s, const ll_stored *row)
-{
-    sqlite3_bind_int64(s, 1, row->number);
-    sqlite3_bind_text(s, 2, row->id, -1, SQLITE_STATIC);
-    sqlite3_bind_text(s, 3, row->code, -1, SQLITE_STATIC);
-    sqlite3_bind_int64(s, 4, row->created_ms);
-    sqlite3_bind_int64(s, 5, row->seen_ms);
-    sqlite3_bind_blob(s, 6, row->keys, row->key_count * (int)sizeof row->keys[0], SQLITE_STATIC);
-    sqlite3_bind_int(s, 7, row->playing);
-    sqlite3_bind_double(s, 8, row->speed);
-    sqlite3_bind_int64(s, 9, row->tick);
-    sqlite3_bind_int64(s, 10, row->head_tick);
-}
-
-static bool run(sqlite3_stmt *s)
-{
-    int result = sqlite3_step(s);
-    sqlite3_reset(s);
-    sqlite3_clear_bindings(s);
-    return result == SQLITE_DONE;
-}
-
-static bool delete_session(ll_store *store, int64_t number)
-{
-    sqlite3_bind_int64(store->prepared[DELETE_ROW], 1, number);
-    sqlite3_bind_int64(store->prepared[DELETE_LOG], 1, number);
-    return run(store->prepared[DELETE_ROW]) && run(store->prepared[DELETE_LOG]);
-}
-
-static bool write_class(ll_store *store, const record *r)
-{
-    sqlite3_stmt *s = store->prepared[r->type == RECORD_CLASS ? PUT_CLASS : DELETE_CLASS];
-    sqlite3_bind_text(s, 1, r->bytes, LL_ID_LENGTH, SQLITE_STATIC);
-    if (r->type == RECORD_CLASS) {
-        const size_t skipped = LL_ID_LENGTH + 1;
-        sqlite3_bind_int64(s, 2, r->index);
-        sqlite3_bind_text64(s, 3, r->bytes + skipped, r->size - skipped, SQLITE_STATIC, SQLITE_UTF8);
-    }
-    return run(s);
-}
-
-static bool write_record(ll_store *store, const record *r)
-{
-    if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
-        return write_class(store, r);
-    if (r->type == RECORD_DELETE)
-        return delete_session(store, r->number);
-    if (r->type == RECORD_ROW) {
-        ll_stored row;
-        memcpy(&row, r->bytes, sizeof row);
-        bind_row(store->prepared[PUT_ROW], &row);
-        return run(store->prepared[PUT_ROW]);
-    }
-    sqlite3_stmt *s = store->prepared[PUT_LINE];
-    sqlite3_bind_int64(s, 1, r->number);
-    sqlite3_bind_int64(s, 2, r->index);
-    sqlite3_bind_text64(s, 3, r->bytes, r->size, SQLITE_STATIC, SQLITE_UTF8);
-    return run(s);
-}
-
-/* All or nothing. A batch whose commit failed may be written again: rows are replaced, not duplicated. */
-static ll_status commit(ll_store *store, const record *batch)
-{
-    sqlite3 *db = store->writer_db;
-    bool good = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK;
-    for (const record *r = batch; r && good; r = r->next)
-        good = write_record(store, r);
-    if (good && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK)
-        return ll_ok();
-    ll_status failed = ll_store_error(store, db, "Writing");
-    if (!sqlite3_get_autocommit(db))
-        sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
-    return failed;
-}
 
 static void free_records(record *r)
 {
@@ -149,13 +33,87 @@ static void free_records(record *r)
     }
 }
 
+static struct timespec after_ms(int64_t ms)
+{
+    int64_t at = now_ns() + ms * 1000000;
+    return (struct timespec){.tv_sec = at / 1000000000, .tv_nsec = at % 1000000000};
+}
+
 static void wait_to_retry(ll_store *store)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += RETRY_S;
+    struct timespec until = after_ms(store->kind->retry_ms);
     while (!store->closing && pthread_cond_timedwait(&store->queued, &store->lock, &until) != ETIMEDOUT)
         ;
+}
+
+/* Locked. Returns what was queued. */
+static record *lose_queue(ll_store *store)
+{
+    record *queue = store->first;
+    if (store->ticket > store->durable)
+        store->lost[store->losses++ % LOST_RANGES] = (lost_range){store->durable + 1, store->ticket};
+    store->first = store->last = NULL;
+    store->stats.queued = 0;
+    store->daemon = 0;
+    store->failing = false;
+    pthread_cond_broadcast(&store->done);
+    return queue;
+}
+
+/* Calls the hook of commits, without the lock. */
+static void call_hook(ll_store *store)
+{
+    pthread_mutex_lock(&store->lock);
+    void (*hook)(void *context) = store->notify;
+    void *context = store->notify_context;
+    pthread_mutex_unlock(&store->lock);
+    if (hook)
+        hook(context);
+}
+
+void ll_store_fence(ll_store *store, int64_t daemon)
+{
+    record *queue = NULL;
+    pthread_mutex_lock(&store->lock);
+    bool present = store->daemon == daemon && daemon != 0;
+    if (present)
+        queue = lose_queue(store);
+    pthread_mutex_unlock(&store->lock);
+    free_records(queue);
+    if (!present)
+        return;
+    store->kind->shared->fenced(store);
+    call_hook(store);
+}
+
+static void count_time(ll_store *store, int64_t ns)
+{
+    double s = (double)ns * 1e-9;
+    int bin = 0;
+    while (bin < LL_STORE_TIMES - 1 && s > ll_store_time_limits[bin])
+        bin++;
+    store->stats.times[bin]++;
+    store->stats.commit_s += s;
+}
+
+/* Locked. */
+static void settle(ll_store *store, record *batch, record *last, uint64_t ticket, int64_t size,
+                   ll_status status)
+{
+    store->failing = ll_failed(&status);
+    store->why = status;
+    if (store->failing) { /* back to the front of the queue, in order */
+        last->next = store->first;
+        store->first = batch;
+        store->last = store->last ? store->last : last;
+        store->stats.failures++;
+    } else {
+        LL_ASSERT(ticket >= store->durable && size <= store->stats.queued); /* in the order of the queue */
+        store->durable = ticket;
+        store->stats.commits++;
+        store->stats.queued -= size;
+    }
+    pthread_cond_broadcast(&store->done);
 }
 
 /* The lock is held at the call and at the return. */
@@ -164,32 +122,27 @@ static void write_batch(ll_store *store)
     record *batch = store->first, *last = store->last;
     LL_ASSERT(batch != NULL && last != NULL && last->next == NULL);
     uint64_t ticket = store->ticket;
-    int64_t size = store->waiting;
+    int64_t size = store->stats.queued, daemon = store->daemon;
     store->first = store->last = NULL;
     pthread_mutex_unlock(&store->lock);
-    ll_status status = commit(store, batch);
-    if (!ll_failed(&status))
-        free_records(batch);
+    int64_t from = now_ns();
+    ll_status status = store->kind->commit(store, batch, daemon);
+    int64_t ns = now_ns() - from;
+    bool fenced = status.code == LL_CONFLICT;
+    if (fenced)
+        ll_store_fence(store, daemon);
     pthread_mutex_lock(&store->lock);
-    store->failing = ll_failed(&status);
-    store->why = status;
-    if (store->failing) { /* back to the front of the queue, in order */
-        last->next = store->first;
-        store->first = batch;
-        store->last = store->last ? store->last : last;
-        store->failures++;
-    } else {
-        LL_ASSERT(ticket >= store->durable && size <= store->waiting); /* in the order of the queue */
-        store->durable = ticket;
-        store->commits++;
-        store->waiting -= size;
+    /* Fenced by this commit or, while it was under way, by the lease thread: the batch is lost. */
+    bool lost = fenced || store->daemon != daemon;
+    if (!lost) {
+        settle(store, batch, last, ticket, size, status);
+        count_time(store, ns);
     }
-    pthread_cond_broadcast(&store->done);
-    if (store->notify) {
-        pthread_mutex_unlock(&store->lock);
-        store->notify(store->notify_context);
-        pthread_mutex_lock(&store->lock);
-    }
+    pthread_mutex_unlock(&store->lock);
+    if (lost || !ll_failed(&status))
+        free_records(batch);
+    call_hook(store);
+    pthread_mutex_lock(&store->lock);
 }
 
 static void *write_all(void *argument)
@@ -213,161 +166,32 @@ static void *write_all(void *argument)
     return NULL;
 }
 
-/* ---- opening ---- */
+/* ---- start and end ---- */
 
-static ll_status make_directory(const char *directory)
+void ll_store_init(ll_store *store, const ll_store_kind *kind)
 {
-    char path[4096];
-    size_t length = strlen(directory);
-    if (length == 0 || length >= sizeof path)
-        return ll_error(LL_IO, "data directory: has %zu characters; must have 1 to %zu", length,
-                        sizeof path - 1);
-    memcpy(path, directory, length + 1);
-    for (char *p = path + 1; *p; p++) {
-        if (*p != '/')
-            continue;
-        *p = '\0';
-        mkdir(path, 0700); /* only the last one has to exist */
-        *p = '/';
-    }
-    if (mkdir(path, 0700) != 0 && errno != EEXIST)
-        return ll_error(LL_IO, "Cannot create data directory %s: %s.", directory, strerror(errno));
-    return ll_ok();
-}
-
-static ll_status take_lock(ll_store *store)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/lock", store->directory);
-    store->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (store->lock_file < 0)
-        return ll_error(LL_IO, "Cannot write to data directory %s: %s.", store->directory, strerror(errno));
-    if (flock(store->lock_file, LOCK_EX | LOCK_NB) != 0)
-        return ll_error(LL_IO, "Data directory %s is in use by another laglab.", store->directory);
-    return ll_ok();
-}
-
-static bool read_number(sqlite3 *db, const char *sql, int64_t *number)
-{
-    sqlite3_stmt *s = NULL;
-    bool found = sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW;
-    if (found)
-        *number = sqlite3_column_int64(s, 0);
-    sqlite3_finalize(s);
-    return found;
-}
-
-static ll_status prepare_schema(ll_store *store)
-{
-    sqlite3 *db = store->writer_db;
-    int64_t version = 0;
-    if (!read_number(db, "PRAGMA user_version", &version))
-        return ll_store_error(store, db, "Opening the database");
-    if (version > SCHEMA_VERSION)
-        return ll_error(LL_IO,
-                        "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
-                        store->directory, (long long)version, SCHEMA_VERSION);
-    if (version == 0) {
-        char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
-        int result = sqlite3_exec(db, made, NULL, NULL, NULL);
-        sqlite3_free(made);
-        if (result != SQLITE_OK)
-            return ll_store_error(store, db, "Creating the database");
-    }
-    /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
-    if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
-        sqlite3_exec(db, class_table, NULL, NULL, NULL) != SQLITE_OK)
-        return ll_store_error(store, db, "Writing");
-    int64_t highest = 0;
-    if (!read_number(db, "SELECT coalesce(max(number), 0) FROM sessions", &highest))
-        return ll_store_error(store, db, "Reading");
-    store->next_number = highest + 1;
-    return ll_ok();
-}
-
-static ll_status open_database(ll_store *store)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/laglab.db", store->directory);
-    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
-    if (sqlite3_open_v2(path, &store->writer_db, flags, NULL) != SQLITE_OK)
-        return ll_store_error(store, store->writer_db, "Opening the database");
-    sqlite3_busy_timeout(store->writer_db, BUSY_MS);
-    if (sqlite3_exec(store->writer_db, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
-                     NULL) != SQLITE_OK)
-        return ll_store_error(store, store->writer_db, "Opening the database");
-    ll_status status = prepare_schema(store);
-    for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
-        if (sqlite3_prepare_v3(store->writer_db, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
-                               &store->prepared[i], NULL) != SQLITE_OK)
-            status = ll_store_error(store, store->writer_db, "Opening the database");
-    }
-    if (ll_failed(&status))
-        return status;
-    if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
-        SQLITE_OK)
-        return ll_store_error(store, store->reader_db, "Opening the database");
-    sqlite3_busy_timeout(store->reader_db, BUSY_MS);
-    return ll_ok();
-}
-
-static void free_store(ll_store *store)
-{
-    for (int i = 0; i < STATEMENTS; i++)
-        sqlite3_finalize(store->prepared[i]);
-    sqlite3_close(store->reader_db);
-    sqlite3_close(store->writer_db);
-    if (store->lock_file >= 0)
-        close(store->lock_file);
-    free_records(store->first);
-    pthread_mutex_destroy(&store->lock);
-    pthread_mutex_destroy(&store->reader_lock);
-    pthread_cond_destroy(&store->queued);
-    pthread_cond_destroy(&store->done);
-    free(store->directory);
-    free(store);
-}
-
-static ll_store *new_store(const char *directory)
-{
-    ll_store *store = calloc(1, sizeof *store);
-    char *name = strdup(directory);
-    if (!store || !name) {
-        free(store);
-        free(name);
-        return NULL;
-    }
-    store->directory = name;
-    store->lock_file = -1;
+    store->kind = kind;
     pthread_mutex_init(&store->lock, NULL);
-    pthread_mutex_init(&store->reader_lock, NULL);
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_cond_init(&store->queued, &monotonic);
     pthread_cond_init(&store->done, &monotonic);
     pthread_condattr_destroy(&monotonic);
-    return store;
 }
 
-ll_status ll_store_open(const char *directory, ll_store **result)
+ll_status ll_store_start(ll_store *store)
 {
-    *result = NULL;
-    ll_store *store = new_store(directory);
-    if (!store)
-        return ll_error(LL_NO_MEMORY, "out of memory: store");
-    ll_status status = make_directory(directory);
-    LL_THEN(status, take_lock(store));
-    LL_THEN(status, open_database(store));
-    if (!ll_failed(&status) && pthread_create(&store->thread, NULL, write_all, store) != 0)
-        status = ll_error(LL_NO_MEMORY, "cannot start store thread");
-    if (ll_failed(&status)) {
-        free_store(store);
-        return status;
-    }
-    store->started = true;
-    *result = store;
-    return ll_ok();
+    store->started = pthread_create(&store->thread, NULL, write_all, store) == 0;
+    return store->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start store thread");
+}
+
+void ll_store_end(ll_store *store)
+{
+    free_records(store->first);
+    pthread_mutex_destroy(&store->lock);
+    pthread_cond_destroy(&store->queued);
+    pthread_cond_destroy(&store->done);
 }
 
 ll_status ll_store_close(ll_store *store)
@@ -378,60 +202,193 @@ ll_status ll_store_close(ll_store *store)
     store->closing = true;
     pthread_cond_broadcast(&store->queued);
     pthread_mutex_unlock(&store->lock);
-    pthread_join(store->thread, NULL);
+    if (store->started)
+        pthread_join(store->thread, NULL);
     ll_status status = store->failing ? store->why : ll_ok();
-    free_store(store);
+    store->kind->close(store);
     return status;
+}
+
+/* ---- reading ---- */
+
+ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context)
+{
+    return store ? store->kind->list(store, each, context) : ll_ok();
+}
+
+ll_status ll_store_list_classes(ll_store *store,
+                                void (*each)(void *context, const char *id, int64_t seen_ms,
+                                             const char *text),
+                                void *context)
+{
+    return store ? store->kind->list_classes(store, each, context) : ll_ok();
+}
+
+ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length)
+{
+    LL_ASSERT(store);
+    *text = NULL;
+    *length = 0;
+    return store->kind->read_log(store, number, text, length);
+}
+
+bool ll_store_add_line(log_text *log, const void *line, size_t size)
+{
+    if (log->length + size + 2 > log->capacity) {
+        size_t wanted = (log->length + size + 2) * 2;
+        char *bigger = realloc(log->text, wanted);
+        if (!bigger)
+            return false;
+        log->text = bigger;
+        log->capacity = wanted;
+    }
+    memcpy(log->text + log->length, line, size);
+    log->length += size;
+    log->text[log->length++] = '\n';
+    log->text[log->length] = '\0';
+    return true;
+}
+
+ll_status ll_store_end_log(log_text *log, ll_status status, const char *where, char **text, size_t *length)
+{
+    if (!ll_failed(&status) && !log->text)
+        status = ll_error(LL_IO, "Log of a stored session in %.150s is empty.", where);
+    if (ll_failed(&status)) {
+        free(log->text);
+        return status;
+    }
+    *text = log->text;
+    *length = log->length;
+    return status;
+}
+
+/* Locked. */
+static bool take_number(ll_store *store, ll_store_place *place)
+{
+    if (store->next_number == store->past_number)
+        return false;
+    *place = (ll_store_place){store->next_number++, store->daemon};
+    return true;
+}
+
+ll_status ll_store_new_place(ll_store *store, ll_store_place *place)
+{
+    *place = (ll_store_place){0};
+    if (!store)
+        return ll_ok();
+    pthread_mutex_lock(&store->lock);
+    bool taken = take_number(store, place);
+    pthread_mutex_unlock(&store->lock);
+    while (!taken) {
+        int64_t first, past;
+        LL_TRY(store->kind->new_numbers(store, &first, &past)); /* unlocked: it may take long */
+        pthread_mutex_lock(&store->lock);
+        if (store->next_number == store->past_number) {
+            store->next_number = first;
+            store->past_number = past;
+        }
+        taken = take_number(store, place);
+        pthread_mutex_unlock(&store->lock);
+    }
+    return ll_ok();
 }
 
 /* ---- queueing ---- */
 
-int64_t ll_store_new_number(ll_store *store)
+static record *new_record(record_type type, ll_store_place place, int64_t index, const void *bytes,
+                          size_t size)
 {
-    if (!store)
-        return 0;
-    pthread_mutex_lock(&store->lock);
-    int64_t number = store->next_number++;
-    pthread_mutex_unlock(&store->lock);
-    return number;
-}
-
-static uint64_t enqueue(ll_store *store, record_type type, int64_t number, int64_t index, const void *bytes,
-                        size_t size)
-{
-    if (!store)
-        return 0;
     record *r = malloc(sizeof *r + size);
     LL_ASSERT(r); /* without this line the log would be incomplete */
-    *r = (record){.type = type, .number = number, .index = index, .size = size};
+    *r = (record){.type = type, .place = place, .index = index, .size = size};
     if (size)
         memcpy(r->bytes, bytes, size);
-    pthread_mutex_lock(&store->lock);
-    if (store->last)
-        store->last->next = r;
+    return r;
+}
+
+static void append(ll_store_batch *batch, record *r)
+{
+    if (batch->last)
+        batch->last->next = r;
     else
-        store->first = r;
-    store->last = r;
-    store->waiting++;
-    uint64_t ticket = ++store->ticket;
-    pthread_cond_signal(&store->queued);
+        batch->first = r;
+    batch->last = r;
+    batch->count++;
+}
+
+/* Records of a shared store belong to an incarnation; all of a batch to the same. */
+uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch)
+{
+    ll_store_batch taken = *batch;
+    *batch = (ll_store_batch){0};
+    if (!store || !taken.first) {
+        free_records(taken.first);
+        return 0;
+    }
+    uint64_t ticket = LL_STORE_LOST_TICKET;
+    pthread_mutex_lock(&store->lock);
+    bool valid = !store->kind->shared || (taken.first->place.daemon == store->daemon && store->daemon != 0);
+    if (valid) {
+        if (store->last)
+            store->last->next = taken.first;
+        else
+            store->first = taken.first;
+        store->last = taken.last;
+        store->stats.queued += taken.count;
+        ticket = store->ticket += (uint64_t)taken.count;
+        pthread_cond_signal(&store->queued);
+    }
     pthread_mutex_unlock(&store->lock);
+    if (!valid)
+        free_records(taken.first);
     return ticket;
+}
+
+static uint64_t enqueue(ll_store *store, record_type type, ll_store_place place, int64_t index,
+                        const void *bytes, size_t size)
+{
+    if (!store)
+        return 0;
+    ll_store_batch one = {0};
+    append(&one, new_record(type, place, index, bytes, size));
+    return ll_store_submit(store, &one);
+}
+
+void ll_store_batch_line(ll_store_batch *batch, ll_store_place place, int64_t index, const char *line,
+                         size_t length)
+{
+    append(batch, new_record(RECORD_LINE, place, index, line, length));
+}
+
+void ll_store_batch_put(ll_store_batch *batch, const ll_stored *stored)
+{
+    append(batch, new_record(RECORD_ROW, stored->place, 0, stored, sizeof *stored));
+}
+
+void ll_store_batch_free(ll_store_batch *batch)
+{
+    free_records(batch->first);
+    *batch = (ll_store_batch){0};
 }
 
 uint64_t ll_store_put(ll_store *store, const ll_stored *stored)
 {
-    return enqueue(store, RECORD_ROW, stored->number, 0, stored, sizeof *stored);
+    return enqueue(store, RECORD_ROW, stored->place, 0, stored, sizeof *stored);
 }
 
-uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length)
+uint64_t ll_store_line(ll_store *store, ll_store_place place, int64_t index, const char *line, size_t length)
 {
-    return enqueue(store, RECORD_LINE, number, index, line, length);
+    return enqueue(store, RECORD_LINE, place, index, line, length);
 }
 
-uint64_t ll_store_delete(ll_store *store, int64_t number)
+uint64_t ll_store_delete(ll_store *store, ll_store_place place)
 {
-    return enqueue(store, RECORD_DELETE, number, 0, NULL, 0);
+    return enqueue(store, RECORD_DELETE, place, 0, NULL, 0);
+}
+
+uint64_t ll_store_release(ll_store *store, ll_store_place place)
+{
+    return enqueue(store, RECORD_RELEASE, place, 0, NULL, 0);
 }
 
 uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text)
@@ -442,14 +399,54 @@ uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, co
         return 0;
     snprintf(bytes, LL_ID_LENGTH + 1, "%s", id);
     memcpy(bytes + LL_ID_LENGTH + 1, text, length);
-    uint64_t ticket = enqueue(store, RECORD_CLASS, 0, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
+    uint64_t ticket =
+        enqueue(store, RECORD_CLASS, (ll_store_place){0}, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
     free(bytes);
     return ticket;
 }
 
 uint64_t ll_store_delete_class(ll_store *store, const char *id)
 {
-    return enqueue(store, RECORD_DELETE_CLASS, 0, 0, id, LL_ID_LENGTH + 1);
+    return enqueue(store, RECORD_DELETE_CLASS, (ll_store_place){0}, 0, id, LL_ID_LENGTH + 1);
+}
+
+/* ---- what became of it ---- */
+
+/* Locked. */
+static ll_store_outcome outcome_of(const ll_store *store, uint64_t ticket)
+{
+    int kept = store->losses < LOST_RANGES ? store->losses : LOST_RANGES;
+    if (ticket == LL_STORE_LOST_TICKET)
+        return LL_STORE_LOST;
+    for (int i = 0; i < kept; i++) {
+        if (ticket >= store->lost[i].from && ticket <= store->lost[i].to)
+            return LL_STORE_LOST;
+    }
+    return ticket <= store->durable ? LL_STORE_DURABLE : LL_STORE_PENDING;
+}
+
+ll_store_outcome ll_store_get_outcome(ll_store *store, uint64_t ticket)
+{
+    if (!store)
+        return LL_STORE_DURABLE;
+    pthread_mutex_lock(&store->lock);
+    ll_store_outcome outcome = outcome_of(store, ticket);
+    pthread_mutex_unlock(&store->lock);
+    return outcome;
+}
+
+/* Locked. A server that is there and does not answer fails no commit: the end of the lease ends the wait. */
+static ll_status wait_a_while(ll_store *store)
+{
+    if (!store->kind->shared) {
+        pthread_cond_wait(&store->done, &store->lock);
+        return ll_ok();
+    }
+    struct timespec until = after_ms(WAIT_MS);
+    pthread_cond_timedwait(&store->done, &store->lock, &until);
+    return store->kind->shared->lease_left_s(store) > 0
+               ? ll_ok()
+               : ll_error(LL_UNAVAILABLE, "The store does not answer; it may still store this.");
 }
 
 ll_status ll_store_wait(ll_store *store, uint64_t ticket)
@@ -457,9 +454,17 @@ ll_status ll_store_wait(ll_store *store, uint64_t ticket)
     if (!store)
         return ll_ok();
     pthread_mutex_lock(&store->lock);
-    while (store->durable < ticket && !store->failing)
-        pthread_cond_wait(&store->done, &store->lock);
-    ll_status status = store->durable < ticket ? store->why : ll_ok();
+    ll_status status = ll_ok();
+    ll_store_outcome outcome;
+    while ((outcome = outcome_of(store, ticket)) == LL_STORE_PENDING && !store->failing &&
+           !ll_failed(&status))
+        status = wait_a_while(store);
+    if (outcome == LL_STORE_LOST)
+        status = ll_error(LL_UNAVAILABLE, "This daemon has lost its lease on the session.");
+    else if (outcome == LL_STORE_DURABLE)
+        status = ll_ok();
+    else if (store->failing)
+        status = store->why;
     pthread_mutex_unlock(&store->lock);
     return status;
 }
@@ -492,8 +497,7 @@ ll_store_stats ll_store_get_stats(ll_store *store)
     if (!store)
         return stats;
     pthread_mutex_lock(&store->lock);
-    stats =
-        (ll_store_stats){.queued = store->waiting, .commits = store->commits, .failures = store->failures};
+    stats = store->stats;
     pthread_mutex_unlock(&store->lock);
     return stats;
 }

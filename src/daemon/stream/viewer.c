@@ -224,6 +224,7 @@ void ll_ws_viewer_open(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
+    /* It may have been closed since the upgrade was accepted. */
     ll_ws_stream *stream = ll_ws_find_or_open(ws, viewer->upgrade.kind, viewer->upgrade.id);
     viewer->opened_ns = viewer->messages.tokens_ns = thread->now_ns;
     viewer->messages.tokens = 2 * ws->config.max_messages_per_s;

@@ -36,6 +36,7 @@ typedef uint64_t ll_ws_viewer; /* never reused; calls with a viewer that has lef
 #define LL_WS_UNSUPPORTED 1003
 #define LL_WS_POLICY 1008
 #define LL_WS_TOO_BIG 1009
+#define LL_WS_RESTART 1012 /* the session goes on at another daemon: reconnect at once */
 #define LL_WS_TRY_LATER 1013
 #define LL_WS_FORBIDDEN 4403
 #define LL_WS_NO_SESSION 4404
@@ -55,7 +56,7 @@ typedef struct ll_ws_hooks {
      * NULL. */
     void (*pong)(void *context, void *session, ll_ws_viewer viewer, int64_t round_trip_ns);
     /* A viewer wants a stream that is not open: open it (ll_ws_stream_open) and return true, or false: a 404.
-     * May run on any thread. May be NULL. */
+     * Its viewers may have to wait for their hello. On any thread; must not wait. May be NULL. */
     bool (*unknown)(void *context, ll_stream_kind kind, const char *id);
     /* The stream is closed and its last viewer has left: no further hook gets `session`. Exactly once after
      * ll_ws_stream_close. May be NULL. */
@@ -142,7 +143,7 @@ struct ll_connection_limiter_pass;
 
 ll_status ll_ws_start(const struct ll_web_server_config *config, const ll_ws_hooks *hooks,
                       struct ll_connection_limiter *connection_limiter, ll_ws **ws);
-bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade);
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade); /* may open it, see hook `unknown` */
 
 /* A socket whose valid upgrade request has been read. */
 typedef struct ll_ws_socket {

@@ -1,0 +1,186 @@
+/* The store in PostgreSQL: its tables, opening and closing. */
+#include "daemon/store/postgres.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+enum { SCHEMA = 1, RETRY_MS = 100 };
+
+/* Numbers are taken in blocks, so that creating a session does not ask the database for one. */
+static const char schema[] =
+    "CREATE SCHEMA IF NOT EXISTS laglab_sessions;"
+    "CREATE TABLE schema_version(version integer NOT NULL);"
+    "INSERT INTO schema_version VALUES(1);"
+    "CREATE TABLE daemon(inc bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY, token uuid NOT NULL,"
+    " url text NOT NULL, engine text NOT NULL,"
+    " state text NOT NULL CHECK (state IN ('up','draining','dead')), lease_until timestamptz NOT NULL)"
+    " WITH (fillfactor=50);"
+    "CREATE SEQUENCE session_number INCREMENT BY 1000;"
+    "CREATE TABLE session(no bigint PRIMARY KEY, id text UNIQUE NOT NULL, code text NOT NULL,"
+    " engine text NOT NULL, created_ms bigint NOT NULL, keys bytea NOT NULL, owner bigint,"
+    " playing boolean NOT NULL, speed double precision NOT NULL, tick bigint NOT NULL,"
+    " head_tick bigint NOT NULL, hash_tick bigint NOT NULL, hash_lines bigint NOT NULL,"
+    " hash bigint NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
+    "CREATE INDEX session_owner ON session(owner);"
+    "CREATE TABLE line(session bigint NOT NULL, i integer NOT NULL, body text NOT NULL,"
+    " PRIMARY KEY(session, i));"
+    "CREATE TABLE code(code text PRIMARY KEY, session bigint NOT NULL,"
+    " made timestamptz NOT NULL DEFAULT now());"
+    "CREATE INDEX code_session ON code(session);";
+
+/* ---- opening ---- */
+
+static void set_name(postgres_store *s)
+{
+    const char *slashes = strstr(s->url, "://"), *begin = slashes ? slashes + 3 : s->url;
+    size_t whole = strcspn(begin, "?");
+    const char *at = memrchr(begin, '@', whole), *rest = at ? at : begin;
+    size_t user = at ? strcspn(begin, ":@") : 0;
+    snprintf(s->name, sizeof s->name, "%.*s%.*s%.*s", (int)(begin - s->url), s->url, (int)user, begin,
+             (int)(begin + whole - rest), rest);
+}
+
+/* libpq's message for an invalid URL, without its quotation of the URL. */
+static ll_status check_url(const postgres_store *s)
+{
+    char *message = NULL;
+    PQconninfoOption *options = PQconninfoParse(s->url, &message);
+    ll_status status = ll_ok();
+    if (message) {
+        message[strcspn(message, "\":\n")] = '\0';
+        status = ll_field_error(LL_BAD_INPUT, "store", "invalid URL of the store %.100s: %.100s", s->name,
+                                message);
+    }
+    PQconninfoFree(options);
+    PQfreemem(message);
+    return status;
+}
+
+static ll_status prepare_schema(postgres_store *s)
+{
+    pg_link *link = &s->reader;
+    bool good = ll_pg_run(link, "BEGIN") && ll_pg_run(link, "SELECT pg_advisory_xact_lock(7817202)") &&
+                ll_pg_run(link, "SELECT to_regclass('laglab_sessions.schema_version') IS NOT NULL");
+    int64_t version = SCHEMA;
+    if (good && !ll_pg_true(link, 0, 0))
+        good = ll_pg_run(link, schema);
+    else if (good && (good = ll_pg_run(link, "SELECT version FROM schema_version")))
+        version = PQntuples(link->result) > 0 ? ll_pg_whole(link, 0, 0) : 0;
+    good = good && ll_pg_run(link, "COMMIT");
+    if (!good) {
+        ll_status status = ll_pg_failure(s, link, "Creating the tables");
+        ll_pg_run(link, "ROLLBACK");
+        return status;
+    }
+    if (version > SCHEMA)
+        return ll_error(LL_BAD_INPUT,
+                        "sessions in the store %.120s have schema %" PRId64
+                        ", of a newer laglab; this one supports up to %d",
+                        s->name, version, SCHEMA);
+    return ll_ok();
+}
+
+static void close_link(pg_link *link)
+{
+    PQclear(link->result);
+    PQfinish(link->db);
+    pthread_mutex_destroy(&link->lock);
+}
+
+static void close_store(ll_store *store)
+{
+    postgres_store *s = (postgres_store *)store;
+    ll_pg_end_lease(s);
+    close_link(&s->writer);
+    close_link(&s->reader);
+    close_link(&s->lease);
+    if (s->wake >= 0)
+        close(s->wake);
+    ll_store_end(store);
+    free(s->url);
+    free(s);
+}
+
+/* Sessions are claimed one by one. */
+static ll_status list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context)
+{
+    (void)store, (void)each, (void)context;
+    return ll_ok();
+}
+
+static ll_status list_classes(ll_store *store,
+                              void (*each)(void *context, const char *id, int64_t seen_ms, const char *text),
+                              void *context)
+{
+    (void)store, (void)each, (void)context;
+    return ll_ok();
+}
+
+static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
+                                           .lease_left_s = ll_pg_lease_left_s,
+                                           .claim = ll_pg_claim,
+                                           .release_id = ll_pg_release_id,
+                                           .mark_dead = ll_pg_mark_dead,
+                                           .ask = ll_pg_ask,
+                                           .on_asked = ll_pg_on_asked,
+                                           .reserve_code = ll_pg_reserve_code,
+                                           .find_code = ll_pg_find_code,
+                                           .expire = ll_pg_expire,
+                                           .replace = ll_pg_replace,
+                                           .drain = ll_pg_drain};
+
+static const ll_store_kind postgres_kind = {.shared = &shared_kind,
+                                            .retry_ms = RETRY_MS,
+                                            .close = close_store,
+                                            .commit = ll_pg_commit,
+                                            .list = list,
+                                            .read_log = ll_pg_read_log,
+                                            .list_classes = list_classes,
+                                            .new_numbers = ll_pg_new_numbers};
+
+static postgres_store *new_store(const ll_shared_config *config)
+{
+    postgres_store *s = calloc(1, sizeof *s);
+    char *url = strdup(config->url);
+    if (!s || !url) {
+        free(s);
+        free(url);
+        return NULL;
+    }
+    ll_store_init(&s->base, &postgres_kind);
+    s->url = url;
+    s->lease_s = config->lease_s;
+    s->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    snprintf(s->address, sizeof s->address, "%s", config->address);
+    snprintf(s->engine, sizeof s->engine, "%s", config->engine ? config->engine : ll_engine);
+    set_name(s);
+    pthread_mutex_init(&s->writer.lock, NULL);
+    pthread_mutex_init(&s->reader.lock, NULL);
+    pthread_mutex_init(&s->lease.lock, NULL);
+    return s;
+}
+
+ll_status ll_pg_open(const ll_shared_config *config, ll_store **store)
+{
+    *store = NULL;
+    postgres_store *s = new_store(config);
+    if (!s)
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
+    ll_status status = check_url(s);
+    LL_THEN(status, ll_pg_reach(s, &s->reader));
+    LL_THEN(status, prepare_schema(s));
+    LL_THEN(status, ll_pg_reach(s, &s->writer));
+    LL_THEN(status, ll_pg_reach(s, &s->lease));
+    LL_THEN(status, ll_pg_start_lease(s));
+    LL_THEN(status, ll_store_start(&s->base));
+    if (ll_failed(&status)) {
+        close_store(&s->base);
+        return status;
+    }
+    *store = &s->base;
+    return status;
+}

@@ -1,0 +1,110 @@
+/* A store in PostgreSQL that several equal daemons share: who runs which session.
+ *
+ * Each daemon has a row with a lease: an incarnation, with a random token. It renews the row, and owns
+ * sessions by its number. A daemon that finds the lease over, or the port refusing connections, marks the
+ * row as dead; then any daemon may claim its sessions. Each commit holds the daemon's own row FOR SHARE and
+ * requires that it is not dead: a daemon that wakes from a freeze cannot write, nor can a commit that was
+ * under way be overtaken by a claim. Marking as dead waits for such commits; the lines are therefore read by
+ * a later statement than the one that marked or claimed. The database's clock alone decides.
+ *
+ * A daemon that cannot renew its lease freezes before it is over, by its own monotonic clock: a share
+ * LL_LEASE_SAFE of the lease after the last good renewal was sent. One that was marked as dead has lost what
+ * it had not stored yet; it continues as another incarnation without sessions.
+ *
+ * An engine continues only sessions of its own kind: states of another one might differ. Its fingerprint is
+ * of the engine's sources, so that a change of the daemon or the page does not count, and one that might
+ * change a state always does.
+ *
+ * Functions that ask the database may block for some seconds while it does not answer: not on threads of the
+ * network or of streams. Any of them fails with LL_UNAVAILABLE. */
+#pragma once
+
+#include "daemon/store/store.h"
+
+#define LL_LEASE_SAFE 0.6
+
+/* Of this build, 12 hexadecimal digits: a fingerprint of the sources of the rooms of
+ * cmake/engine_rooms.cmake. cmake/version.cmake makes it. */
+extern const char ll_engine[];
+
+enum { LL_STORE_URL_MAX = 255, LL_STORE_ENGINE_MAX = 31 };
+
+typedef struct ll_shared_config {
+    const char *url;     /* postgresql://USER@HOST/DATABASE */
+    const char *address; /* where other daemons reach this one, http://HOST:PORT; empty: not at all */
+    const char *engine;  /* NULL: ll_engine; another one for tests */
+    double lease_s;
+} ll_shared_config;
+
+/* Registers a new incarnation, and renews its lease from here on. LL_BAD_INPUT: the URL is invalid, the
+ * database is of a newer laglab, or this build has no PostgreSQL. */
+ll_status ll_store_open_shared(const ll_shared_config *config, ll_store **store);
+
+bool ll_store_is_shared(const ll_store *store); /* false for NULL */
+
+/* The incarnation that sessions are claimed for; 0: none now, or the store is not shared. */
+int64_t ll_store_daemon(ll_store *store);
+
+/* Seconds until the daemon must freeze; negative: frozen. Infinity in a store of one daemon. Cheap. */
+double ll_store_lease_left_s(ll_store *store);
+ll_status ll_store_check_lease(ll_store *store); /* LL_UNAVAILABLE: frozen */
+
+/* ---- sessions ---- */
+
+typedef enum ll_claim_result {
+    LL_CLAIM_DONE,
+    LL_CLAIM_UNKNOWN, /* there is no such session */
+    LL_CLAIM_HELD,    /* another daemon has it, or claimed it just now */
+    LL_CLAIM_ENGINE,  /* it is of another engine */
+    LL_CLAIM_REFUSED, /* this daemon drains or has lost its lease */
+} ll_claim_result;
+
+typedef enum ll_claim_why {
+    LL_CLAIM_FREE,
+    LL_CLAIM_OWN,
+    LL_CLAIM_DEAD,
+    LL_CLAIM_GIVEN,
+    LL_CLAIM_WHYS
+} ll_claim_why;
+extern const char *const ll_claim_whys[LL_CLAIM_WHYS];
+
+typedef struct ll_claim {
+    ll_claim_result result;
+    ll_claim_why why; /* of LL_CLAIM_DONE: not GIVEN, which the caller knows */
+    ll_stored row;    /* of LL_CLAIM_DONE */
+    int64_t owner;    /* of LL_CLAIM_HELD; 0: it has none any more */
+    bool over;        /* and whether the owner's lease is over */
+    char url[LL_STORE_URL_MAX + 1];
+    char engine[LL_STORE_ENGINE_MAX + 1]; /* of LL_CLAIM_ENGINE */
+} ll_claim;
+
+/* Takes a session that has no owner, whose owner is dead, or that is this daemon's already. Nothing may be
+ * queued for it: see ll_store_release. */
+ll_status ll_store_claim(ll_store *store, const char *id, ll_claim *claim);
+
+/* Queued behind what is queued of the session: it has no owner then. The session must not be claimed before
+ * the ticket is durable. */
+uint64_t ll_store_release(ll_store *store, ll_store_place place);
+/* The same for a session that the store says is this daemon's, and that it does not hold. */
+ll_status ll_store_release_id(ll_store *store, const char *id);
+
+/* Marks an incarnation as dead: if its lease is over, or, with `gone`, because its process is known to have
+ * ended. Its sessions may then be claimed. *marked (may be NULL): by this call. */
+ll_status ll_store_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *marked);
+
+/* Asks the owner to release a session: a hint that may get lost. `asked` is called by the lease thread. */
+ll_status ll_store_ask(ll_store *store, int64_t owner, const char *id);
+void ll_store_on_asked(ll_store *store, void (*asked)(void *context, const char *id), void *context);
+
+/* Codes are unique in the store. *taken: another session has it. */
+ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, bool *taken);
+ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+
+/* Deletes sessions without a living owner that were not used for `ttl_s`. */
+ll_status ll_store_expire(ll_store *store, double ttl_s, int64_t *deleted);
+
+/* ---- start and end ---- */
+
+/* This daemon listens on its address: earlier incarnations with that address are dead. */
+ll_status ll_store_replace(ll_store *store);
+ll_status ll_store_drain(ll_store *store); /* no more claims */
