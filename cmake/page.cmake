@@ -136,6 +136,7 @@ foreach(module IN LISTS own)
     string(REGEX REPLACE "\n[\t ]*/[*][*][^*]*[*]+([^/*][^*]*[*]+)*/\n" "\n" text "${text}") # of two in succession the second
     string(REGEX REPLACE "\n[\t ]*//[^\n]*" "" text "${text}")
     string(REGEX REPLACE "/[*][*] @type [^*]*[*]/ ?" "" text "${text}") # of an expression, within a line
+    string(REGEX REPLACE "[\t ]*/[*] [^*\n]*[*]/\n" "\n" text "${text}") # at the end of a line
     file(WRITE ${module} "${text}")
 endforeach()
 
