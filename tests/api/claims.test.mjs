@@ -122,7 +122,10 @@ test('a host leaves: an announcement saves the time-out and what it computed las
     for (const leaving of ['silent', 'announced']) assert.ok(of(leaving, election, 'hosting.host').every((host) => host === next));
     for (const metric of ['hosting.without_s', 'players.1.hosting.without_s', 'players.3.hosting.without_s']) {
       const [waits, told] = [of('silent', election, metric), of('announced', election, metric)];
-      assert.ok(waits.every((value, i) => value > told[i] + 0.8 && told[i] > 0.05), `${metric}: ${waits} and ${told}`);
+      assert.ok(
+        waits.every((value, i) => value > told[i] + 0.8 && told[i] > 0.05),
+        `${metric}: ${waits} and ${told}`,
+      );
     }
     const lost = of('silent', election, 'hosting.lost_ticks');
     assert.ok(rises([...lost].reverse()) && lost[0] > lost[2] && lost[2] > 0, String(lost));

@@ -11,8 +11,7 @@ static int compare(const ll_candidacy *a, const ll_candidacy *b)
 
 const ll_election ll_election_best_connection = {
     .name = "best_connection",
-    .help =
-        "Who had the shortest round trip to the host that left, and of equal ones the newest state. Players "
-        "first tell each other.",
+    .help = "Who had the shortest round trip to the host that left, and of equal ones the newest state. "
+            "Players first report these to each other.",
     .asks = true,
     .compare = compare};

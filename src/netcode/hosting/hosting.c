@@ -75,7 +75,7 @@ int ll_hosting_choose(ll_hosting *h, int player)
         v->tried = 0;
         best = best_of(h, v, known);
     }
-    LL_ASSERT(best >= 0); /* it has always heard of itself */
+    LL_ASSERT(best >= 0); /* its own has always come */
     v->tried |= bit(best);
     return best;
 }

@@ -1,11 +1,11 @@
 /* Who hosts a game whose server runs on a player's machine, and who does when that player is gone.
  *
  * A player who has received nothing from the host for `timeout_s` has lost it. It asks the player that it
- * wants as the next host, and promises to ask no other one for `patience_s`. Whoever has lost the host too,
- * asks itself, and has the promises of more than half of all players, itself included, hosts from then on. A
- * host goes on only as long as more than half of all players cannot have promised themselves to another: so
- * there is never a second one, and a game that is cut in two goes on in one part at most (as leases do, Gray
- * and Cheriton 1989).
+ * wants as the next host, and promises to ask no other one for `patience_s`. A player who has lost the host
+ * too, asks itself, and has the promises of more than half of all players, itself included, hosts from then
+ * on. A host goes on only as long as more than half of all players cannot have promised themselves to
+ * another: so there is never a second one, and a game that is cut in two goes on in one part at most (as
+ * leases do, Gray and Cheriton 1989).
  *
  * Part of a simulation's block: no pointers. What lies in a view is known to that player's machine alone, and
  * what lies in votes and leases to the machine that is asked. */
@@ -48,9 +48,9 @@ typedef struct ll_host_view {
     int64_t lost;      /* the host that it has lost; -1: none */
     ll_time since;     /* when it noticed */
     ll_time asked;     /* since when it asks `target`; LL_NEVER: it has asked no one yet */
-    int64_t promises;  /* it promises to ask no other one; 0: it was told that `target` hosts */
+    int64_t promises;  /* it promises to ask no other one; 0: a message said that `target` hosts */
     ll_time bound;     /* its last promise lasts until then */
-    uint64_t departed; /* bits of hosts that it lost earlier, and has not heard of since */
+    uint64_t departed; /* bits of hosts that it lost earlier, and from which nothing has come since */
     uint64_t again;    /* 1: all have been asked in this outage */
     uint64_t tried;    /* bits of players who did not answer in this outage */
     uint64_t heard;    /* bits of players whose candidacy has come */
@@ -86,7 +86,7 @@ typedef struct ll_hosting {
 typedef struct ll_election {
     const char *name;
     const char *help;
-    bool asks; /* players first tell each other their candidacies */
+    bool asks; /* players first report their candidacies to each other */
     /* Below 0: `a` is better than `b`; of equal ones the first in the list of players. NULL: all are equal.
      */
     int (*compare)(const ll_candidacy *a, const ll_candidacy *b);
@@ -118,7 +118,7 @@ bool ll_hosting_heard_all(const ll_hosting *hosting, int player);
  * nor one that has departed. When all of these have been asked it begins again, with those too. */
 int ll_hosting_choose(ll_hosting *hosting, int player);
 
-/* `player` has heard of `other`, which is not gone. */
+/* Something of `other` has come to `player`: it is not gone. */
 static inline void ll_hosting_hear_of(ll_hosting *hosting, int player, int64_t other)
 {
     hosting->view[player].departed &= ~(UINT64_C(1) << other);
@@ -146,5 +146,6 @@ void ll_hosting_stop(ll_hosting *hosting, ll_time now);
 /* The host knows that `player` asks no other one before `until`. */
 void ll_hosting_renew(ll_hosting *hosting, int player, ll_time until);
 
-/* Whether so many leases last beyond `at` that no other player can have more than half of all promises. */
+/* Whether the leases that last beyond `at` are more than half of all: no other player can have as many
+ * promises. */
 bool ll_hosting_holds(const ll_hosting *hosting, ll_time at);

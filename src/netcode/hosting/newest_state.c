@@ -11,8 +11,7 @@ static int compare(const ll_candidacy *a, const ll_candidacy *b)
 
 const ll_election ll_election_newest_state = {
     .name = "newest_state",
-    .help =
-        "Who has the newest state, and of equal ones the shortest round trip to the host that left. Players "
-        "first tell each other.",
+    .help = "Who has the newest state, and of equal ones the shortest round trip to the host that left. "
+            "Players first report these to each other.",
     .asks = true,
     .compare = compare};

@@ -44,7 +44,7 @@ static const ll_param rows[] = {
      .help =
          "Whom a player wants as the next host. lowest_index: the first of the others. newest_state: who has "
          "the newest state. best_connection: who had the shortest round trip to the host that left. For the "
-         "last two, players first tell each other."},
+         "last two, players first report these to each other."},
     {.name = "patience_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_hosting_params, patience_s),

@@ -147,7 +147,7 @@ void ll_netgame_host_pass(ll_netgame_run *run, int player)
     note_fate(run, &r, run->received, &s);
 }
 
-/* What one player's machine tells another's. `world`: NULL, or what follows. */
+/* What one player's machine reports to another's. `world`: NULL, or what follows. */
 static void tell(ll_netgame_run *run, int from, int to, ll_host_message m, const ll_world *world)
 {
     size_t size = sizeof m;
@@ -301,8 +301,8 @@ static void hear_candidacy(ll_netgame_run *run, int player, int from, const ll_h
         ask_now(run, player);
 }
 
-/* Whom it is told of it asks to be let in, and promises nothing: it may have promised itself to another. As
- * long as its own host may still host, it believes the new one alone. */
+/* A host that is named to it it asks to be let in, and promises nothing: it may have promised itself to
+ * another. As long as its own host may still host, it believes the new one alone. */
 static void hear_of_host(ll_netgame_run *run, int player, int from, const ll_host_message *m)
 {
     ll_host_view *v = &run->hosting->view[player];
@@ -434,7 +434,7 @@ static void take_world(ll_netgame_run *run, int host)
     }
 }
 
-/* The machine of `host` becomes the server. It lets in those who asked it, and tells the others. */
+/* The machine of `host` becomes the server. It lets in those who asked it, and sends the others word. */
 static void take_over(ll_netgame_run *run, int host)
 {
     ll_hosting *h = run->hosting;

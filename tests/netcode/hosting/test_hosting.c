@@ -67,7 +67,7 @@ static void who_does_not_answer_is_passed_over(void **state)
         assert_int_equal(ll_hosting_choose(&h, 3), order[i]); /* the second time round the lost one too */
 }
 
-/* Only who has spoken is asked where players tell each other, and oneself always has. */
+/* Only who has spoken is asked where players report to each other, and oneself always has. */
 static void who_was_not_heard_is_not_asked(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
 /* A server on a player's machine: the same game as on one of its own, the times of a change of the host to
- * the nanosecond, one state for all afterwards, and one host at a time whatever the links do. */
+ * the nanosecond, one state for all afterwards, and one host at a time on any links. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -279,7 +279,7 @@ static void steps_after_the_last_snapshot_are_lost(void **state)
     scene_close(&s);
 }
 
-/* Afterwards all replicas are equal at each tick: no desync, whoever hosts, for every election and leaving.
+/* Afterwards all replicas are equal at each tick: no desync, for every host, election and leaving.
  */
 static void peers_agree_after_every_change(void **state)
 {
@@ -423,7 +423,7 @@ static void two_of_four_do_not_go_on(void **state)
     scene_close(&s);
 }
 
-/* Whatever the links do: never a second host (an assertion of the engine), sound blocks, and the game goes
+/* On any links: never a second host (an assertion of the engine), sound blocks, and the game goes
  * on. */
 static void bad_links_elect_one_host(void **state)
 {
