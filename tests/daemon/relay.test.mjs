@@ -80,9 +80,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
       await http.control(session, { op: 'pause' });
       await pause(300);
       const [direct, once, twice] = await Promise.all(streams.map(seen));
-      for (const [name, other] of [
-        ['one', once],
-        ['two', twice],
+      for (const { name, other } of [
+        { name: 'one', other: once },
+        { name: 'two', other: twice },
       ]) {
         const common = [...direct.ticks.keys()].filter((tick) => other.ticks.has(tick));
         assert.ok(common.length >= 5, `${common.length} of ${direct.ticks.size} ticks through ${name}`);
