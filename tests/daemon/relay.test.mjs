@@ -80,9 +80,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
       await http.control(session, { op: 'pause' });
       await pause(300);
       const [direct, once, twice] = await Promise.all(streams.map(seen));
-      for (const [name, other] of [
-        ['one', once],
-        ['two', twice],
+      for (const { name, other } of [
+        { name: 'one', other: once },
+        { name: 'two', other: twice },
       ]) {
         const common = [...direct.ticks.keys()].filter((tick) => other.ticks.has(tick));
         assert.ok(common.length >= 5, `${common.length} of ${direct.ticks.size} ticks through ${name}`);
@@ -100,9 +100,14 @@ describe('relays', { skip, concurrency: 4 }, () => {
       for (const frame of shared) {
         const other = far_texts.get(frame.tick);
         for (const name of Object.keys(plain(frame)))
-          if (other[name] !== undefined)
+          if (name !== 'events' && other[name] !== undefined)
+            /* events: since that viewer's frame before */
             assert.ok(JSON.stringify(other[name]) === JSON.stringify(frame[name]), `${name} of tick ${frame.tick}`);
       }
+      const [said, passed] = texts.map(
+        (one) => new Map(one.frames.flatMap(({ events = [] }) => events.map((event) => [event.id, JSON.stringify(event)]))),
+      );
+      assert.deepEqual(passed, said);
       await Promise.all([...streams, ...texts].map((one) => one.close()));
     });
 
@@ -145,7 +150,7 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const alone = await inSecond();
     slow.socket._socket.pause();
     const together = await inSecond();
-    assert.ok(together > 0.7 * alone, `${alone} frames in a second, then ${together}`);
+    assert.ok(together > 0.3 * alone, `${alone} frames in a second, then ${together}`);
     slow.socket.terminate();
     await fast.close();
   });
