@@ -20,6 +20,7 @@ export const ROOMS = {
   hostile: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
   chaos: [...GAME, 'ode', 'library', 'experiment'],
+  cluster: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
   page: [...DAEMON, 'www'],
