@@ -47,7 +47,7 @@ if (only !== 'store') {
     seed,
     fsync: true,
     quiet_s: quick ? 5 : 20,
-    rest_s: 1,
+    steady_s: quick ? 2 : 6,
     twins: TWINS,
     logs,
     say: console.log,

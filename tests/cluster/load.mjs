@@ -225,6 +225,12 @@ const acts = {
   async waiting({ since }) {
     return viewers.filter((viewer) => viewer.socket?.readyState !== WebSocket.OPEN || viewer.last < since).length;
   },
+  /** How many viewers have lost frames or their stream in the last `ms`. */
+  async unsteady({ ms }) {
+    const from = now() - ms;
+    return viewers.filter((viewer) => viewer.socket?.readyState !== WebSocket.OPEN || viewer.since > from || viewer.longest(from, now()) > 5000 / hz)
+      .length;
+  },
   /** Of each viewer its longest time without a frame in a span, ms. */
   async gaps({ from, to }) {
     return viewers.map((viewer) => viewer.longest(from, to));

@@ -119,8 +119,10 @@ export async function startCluster(wish) {
   };
   /** @type {Set<Process>} */
   const processes = new Set();
+  let data = '';
   const die = () => {
     for (const each of processes) each.signal('SIGKILL');
+    if (data) spawnSync(POSTGRES, ['remove', data]);
     net.close();
   };
   process.once('exit', die);
@@ -128,7 +130,7 @@ export async function startCluster(wish) {
 
   try {
     // ---- the database: its socket in a folder is for the rig, its address for the daemons ----
-    const data = execFileSync(POSTGRES, ['make'], { encoding: 'utf8' }).trim();
+    data = execFileSync(POSTGRES, ['make'], { encoding: 'utf8' }).trim();
     closing.push(() => execFileSync(POSTGRES, ['remove', data]));
     const database_env = { ...env, LAGLAB_TEST_FSYNC: fsync ? 'on' : 'off' };
     const database = {

@@ -30,13 +30,14 @@ const moves = (list) => list.filter(({ name }) => name).filter(({ name }, i, nam
 
 /**
  * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number, seed?: number,
- *   fsync?: boolean, upgrade?: boolean, quiet_s?: number, rest_s?: number, twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
- * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at the beginning.
+ *   fsync?: boolean, upgrade?: boolean, quiet_s?: number, steady_s?: number, twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
+ * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at the beginning. `steady_s`: after a fault, until
+ * no viewer has lost frames for so long: sessions go back to a daemon that is there again, and that belongs to the same fault.
  * `twins`: how many sessions are run again in an undisturbed daemon.
  */
 export async function disturb(wish) {
   const { binary = BINARY, sessions = 12, kinds, lease_s = 3, beyond_s = 2 * lease_s, hz = 20, every_ms = 500, seed = 1, fsync = false } = wish;
-  const { upgrade = true, quiet_s = 2, rest_s = 0.5, twins = sessions, logs, args, say = () => {} } = wish;
+  const { upgrade = true, quiet_s = 2, steady_s = 0.5, twins = sessions, logs, args, say = () => {} } = wish;
   const rig = await startCluster({ binary, lease_s, fsync, seed, folder: logs, args });
   try {
     audit(rig);
@@ -57,14 +58,15 @@ export async function disturb(wish) {
       const from = now();
       await act();
       const over = now(),
-        to = await calm(over);
+        frames = await calm(over);
+      for (const end = now() + 20000 + 1000 * steady_s; now() < end && (await rig.ask('unsteady', { ms: 1000 * steady_s })) > 0; ) await pause(100);
+      const to = now();
       const gaps = await rig.ask('gaps', { from, to }),
         told = summary(gaps, hz);
-      faults.push({ kind, gaps, from, to, act_s: (over - from) / 1000, calm_s: (to - over) / 1000 });
+      faults.push({ kind, gaps, from, to, act_s: (over - from) / 1000, calm_s: (frames - over) / 1000 });
       say(
         `${kind}: ${((over - from) / 1000).toFixed(1)} s, ${told.viewers} viewers without frames for ${told.p50_s.toFixed(2)} s, at most ${told.max_s.toFixed(2)} s`,
       );
-      await pause(1000 * rest_s);
     };
     await pause(1000); // the first frames of a stream are large
     await span('undisturbed', () => pause(1000 * quiet_s));

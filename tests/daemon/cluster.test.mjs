@@ -26,7 +26,7 @@ const skip = reason() || false;
 
 test('a cluster that is disturbed loses nothing and runs no session twice', { skip, timeout: 120000 }, async (t) => {
   const kinds = KINDS.filter((kind) => !FAULTS[kind].missing?.());
-  const report = await disturb({ sessions: 12, kinds, lease_s: LEASE_S, beyond_s: LEASE_S + 1.5, hz: HZ, every_ms: 200, quiet_s: 1, rest_s: 0.2, twins: 4 });
+  const report = await disturb({ sessions: 12, kinds, lease_s: LEASE_S, beyond_s: LEASE_S + 1.5, hz: HZ, every_ms: 200, quiet_s: 1, steady_s: 0.3, twins: 4 });
   t.diagnostic(JSON.stringify(report.totals));
   for (const { kind, gaps } of report.faults) {
     const { viewers, max_s } = summary(gaps, HZ);
