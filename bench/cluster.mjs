@@ -48,12 +48,15 @@ if (only !== 'store') {
     fsync: true,
     quiet_s: quick ? 5 : 20,
     steady_s: quick ? 2 : 6,
+    upgrade_rest_s: 10,
     twins: TWINS,
     logs,
     say: console.log,
   });
   const wall_s = (performance.now() - begun) / 1000;
-  const kinds = [...new Set(report.faults.map(({ kind }) => kind))].sort((a, b) => Object.keys(FAULTS).indexOf(a) - Object.keys(FAULTS).indexOf(b));
+  const kinds = [...new Set(report.faults.map(({ kind }) => kind))].sort(
+    (a, b) => Object.keys(FAULTS).indexOf(a) - Object.keys(FAULTS).indexOf(b),
+  );
   const rows = kinds.map((kind) => {
     const of = report.faults.filter((fault) => fault.kind === kind),
       { viewers, p50_s, p99_s, max_s } = summary(
@@ -78,13 +81,16 @@ if (only !== 'store') {
   for (const finding of report.findings.slice(0, 20)) say(finding);
   const bad = broken(report);
   good &&= bad.length === 0;
-  say(`${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost, no session run twice at a time, hashes of an undisturbed twin.`);
+  say(
+    `${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost, no session run twice at a time, hashes of an undisturbed twin.`,
+  );
   const command = `bench/run cluster --sessions=${sessions} --faults=${count} --lease=${lease_s} --beyond=${beyond_s} --seed=${seed}`;
   writeCsv(
     'cluster',
     command,
     {
-      sessions: 'each with a viewer of the clock at 20 Hz and a command a second; every eighth has a second viewer, connected to its daemon',
+      sessions:
+        'each with a viewer of the clock at 20 Hz and a command a second; every eighth has a second viewer, connected to its daemon',
       faults: '',
       acknowledged: 'commands',
       unanswered: 'commands that got an error, or no answer in 15 s',
@@ -140,7 +146,7 @@ if (only !== 'store') {
 async function commands(url, clients, seconds) {
   const c = client(url, Infinity),
     took = [];
-  const made = await Promise.all(Array.from({ length: clients }, () => c.make({ set: { duration_s: 36000, 'params.laps': 100000 } })));
+  const made = await Promise.all(Array.from({ length: clients }, () => c.make({ set: { duration_s: 3600, 'params.laps': 1000 } })));
   const end = performance.now() + 1000 * (seconds + 1),
     counted = end - 1000 * seconds;
   await Promise.all(

@@ -16,7 +16,9 @@ const HEADERS = 14 + 4 + 20 + 32 + 4,
 function perMachine({ rows }) {
   const of = (/** @type {number} */ sessions, /** @type {number} */ viewers, /** @type {string} */ column) =>
     median(
-      rows.filter((row) => row.server === 'laglab' && Number(row.sessions) === sessions && Number(row.viewers) === viewers).map((row) => Number(row[column])),
+      rows
+        .filter((row) => row.server === 'laglab' && Number(row.sessions) === sessions && Number(row.viewers) === viewers)
+        .map((row) => Number(row[column])),
     );
   const own = of(500, 1, 'server_us_per_frame'),
     shared = of(1, 500, 'server_us_per_frame'),
@@ -82,7 +84,10 @@ export function totalsDoc(row, table) {
       ['Commands without a good answer; of these stored', `${whole(row.unanswered)}; ${whole(row.unanswered_stored)}`],
       ['Commands stored twice; log lines out of order; logs with holes', `${row.twice}; ${row.disorder}; ${row.holes}`],
       ['Log lines; written by a daemon that did not own the session', `${whole(row.lines)}; ${row.strangers}`],
-      ['Frames seen; spans of frames of a daemon that did not own the session', `${whole(row.frames)}; ${row.stray}${Number(row.stray) > 0 ? `, at most ${row.stray_ms} ms` : ''}`],
+      [
+        'Frames seen; spans of frames of a daemon that did not own the session',
+        `${whole(row.frames)}; ${row.stray}${Number(row.stray) > 0 ? `, at most ${row.stray_ms} ms` : ''}`,
+      ],
       ['Moves of sessions to another daemon', whole(row.moves)],
       ['Replays; with another hash', `${whole(row.replayed)}; ${row.replays_differ}`],
       ['Runs of the same commands in one daemon with SQLite; with another hash', `${whole(row.twins)}; ${row.twins_differ}`],

@@ -1,4 +1,4 @@
-// What must hold for a disturbed cluster, from what clients were told, what they saw and what the database holds:
+// What must hold for a disturbed cluster, from the answers that clients got, what they saw and what the database holds:
 //   1. every acknowledged command is in the log once, at the tick that the answer said; no command is there twice; the ticks of a log ascend
 //   2. logs have no holes, and each line was written by the daemon that owned the session at that time
 //   3. every frame was taken by the daemon that owned the session at that time: no session ran twice at a time
@@ -30,7 +30,9 @@ export function audit({ database }) {
  */
 export function owners({ database, daemons }) {
   const names = new Map(
-    database.sql(`SELECT inc, url FROM ${TABLES.daemon}`).map(([inc, url]) => [inc, daemons.find((daemon) => url.startsWith(daemon.url))?.name ?? url]),
+    database
+      .sql(`SELECT inc, url FROM ${TABLES.daemon}`)
+      .map(([inc, url]) => [inc, daemons.find((daemon) => url.startsWith(daemon.url))?.name ?? url]),
   );
   const spans = /** @type {Map<string, {name: string, from: number, to: number}[]>} */ (new Map());
   for (const [id, owner, at] of database.sql('SELECT session, owner, extract(epoch FROM at) * 1000 FROM public.owned ORDER BY serial')) {
@@ -40,7 +42,7 @@ export function owners({ database, daemons }) {
     spans.set(id, list);
     if (last?.name === name) continue;
     if (last) last.to = Number(at);
-    list.push({ name, from: Number(at), to: Infinity });
+    list.push({ name, from: last ? Number(at) : 0, to: Infinity }); // the first line is of the statement that makes the session
   }
   return spans;
 }
@@ -147,7 +149,9 @@ export async function checkReplays(binary, sessions, findings) {
     const file = path.join(folder, `${id}.log`);
     writeFileSync(file, log);
     const { status, stdout, stderr } = await outcome(binary, ['replay', file]);
-    const replayed = linesOf(log).findLast((line) => line.op === 'hash' && line.tick === end.tick);
+    const replayed = linesOf(log)
+      .filter((line) => line.op === 'hash' && line.tick === end.tick)
+      .at(-1);
     if (status === 0 && replayed?.hash === end.hash && JSON.parse(stdout).compared > 0) return;
     differ++;
     findings.push(`${id}: ${end.hash} at tick ${end.tick}, in its log ${replayed?.hash}; replay: ${status} ${stdout}${stderr}`);
@@ -159,7 +163,9 @@ export async function checkReplays(binary, sessions, findings) {
 
 /** Point 4, by another daemon to which the same commands are given at the same ticks. @param {any[]} sessions @param {string[]} findings */
 export async function checkTwins(sessions, findings) {
-  const daemon = await startDaemon({ args: ['--max-new-sessions-per-min', '1000000', '--max-commands-per-s', '100000', '--max-sessions', '100000'] }),
+  const daemon = await startDaemon({
+      args: ['--max-new-sessions-per-min', '1000000', '--max-commands-per-s', '100000', '--max-sessions', '100000'],
+    }),
     c = client(daemon.url);
   const good = (/** @type {any} */ answer) => {
     if (answer.status >= 300) throw new Error(`the undisturbed daemon answered ${answer.status}: ${answer.text}`);

@@ -12,7 +12,7 @@ export function noNamespaces() {
     made = spawnSync('ip', ['netns', 'add', name], { encoding: 'utf8', env });
   if (made.error) return 'ip is not installed (Debian: iproute2)';
   if (made.status !== 0) return `no network namespaces here: ${made.stderr.trim()}`;
-  const bridge = spawnSync('nsenter', [`--net=/run/netns/${name}`, 'ip', 'link', 'add', 'b', 'type', 'bridge'], { encoding: 'utf8', env });
+  const bridge = spawnSync('nsenter', [`--net=/run/netns/${name}`, 'ip', 'link', 'add', 'bridge0', 'type', 'bridge'], { encoding: 'utf8', env });
   spawnSync('ip', ['netns', 'del', name], { env });
   return bridge.status === 0 ? '' : `no bridges here: ${bridge.stderr?.trim()}`;
 }

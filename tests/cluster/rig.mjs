@@ -44,12 +44,18 @@ export function haproxyConfig(proxy, daemons) {
     first = lines.findIndex((line) => /^\s+server laglab-0 /.test(line));
   if (first < 0) throw new Error('deploy/cluster/haproxy.cfg has no server laglab-0');
   const rest = lines.filter((line) => !/^\s+server laglab-\d/.test(line));
-  rest.splice(first, 0, '    http-response set-header X-Served-By %s', ...daemons.map(([name, address]) => `    server ${name} ${address}:${PORT}`));
-  /* All clients come from one address, and the machines have no names. */
+  rest.splice(
+    first,
+    0,
+    '    http-response set-header X-Served-By %s',
+    ...daemons.map(([name, address]) => `    server ${name} ${address}:${PORT}`),
+  );
+  /* All clients come from one address, the machines have no names, and a process here may have few descriptors. */
   return rest
     .join('\n')
     .replace('bind :8080', `bind ${proxy}:80`)
     .replace(/^[ \t]+http-request deny deny_status 429 .*\n/m, '')
+    .replace('maxconn 20000', 'maxconn 4096')
     .replace(' resolvers names', '')
     .replace(/^resolvers names\n(?:[ \t]+.*\n)+/m, '');
 }
@@ -135,7 +141,11 @@ export async function startCluster(wish) {
     const database_env = { ...env, LAGLAB_TEST_FSYNC: fsync ? 'on' : 'off' };
     const database = {
       folder: data,
-      start: () => execFileSync(net.before('data')[0], [...net.before('data').slice(1), POSTGRES, 'start', data, net.address('data')], { env: database_env, stdio: 'pipe' }),
+      start: () =>
+        execFileSync(net.before('data')[0], [...net.before('data').slice(1), POSTGRES, 'start', data, net.address('data')], {
+          env: database_env,
+          stdio: 'pipe',
+        }),
       kill: () => execFileSync(POSTGRES, ['kill', data], { stdio: 'pipe' }),
       /** Rows of columns. @param {string} command @returns {string[][]} */
       sql: (command) =>
@@ -159,7 +169,13 @@ export async function startCluster(wish) {
           () => [
             ...net.before(name),
             ...(daemon.faked
-              ? ['env', `LD_PRELOAD=${faketime()}`, `FAKETIME_TIMESTAMP_FILE=${clock(name)}`, 'FAKETIME_CACHE_DURATION=1', 'FAKETIME_DONT_FAKE_MONOTONIC=1']
+              ? [
+                  'env',
+                  `LD_PRELOAD=${faketime()}`,
+                  `FAKETIME_TIMESTAMP_FILE=${clock(name)}`,
+                  'FAKETIME_CACHE_DURATION=1',
+                  'FAKETIME_DONT_FAKE_MONOTONIC=1',
+                ]
               : []),
             binary,
             'serve',
@@ -182,7 +198,13 @@ export async function startCluster(wish) {
 
     // ---- the proxy ----
     const file = path.join(folder, 'haproxy.cfg');
-    writeFileSync(file, haproxyConfig(net.address('proxy'), names.map((name) => [name, net.address(name)])));
+    writeFileSync(
+      file,
+      haproxyConfig(
+        net.address('proxy'),
+        names.map((name) => [name, net.address(name)]),
+      ),
+    );
     const proxy = new Process('proxy', () => [...net.before('proxy'), 'haproxy', '-db', '-f', file], path.join(logs, 'proxy.log'));
     processes.add(proxy);
     closing.push(async () => {
@@ -194,7 +216,11 @@ export async function startCluster(wish) {
 
     // ---- the clients ----
     const [enter, ...words] = net.before('load');
-    const child = fork(path.join(HERE, 'load.mjs'), [], { execPath: enter, execArgv: [...words, process.execPath], stdio: ['ignore', 'inherit', 'inherit', 'ipc'] });
+    const child = fork(path.join(HERE, 'load.mjs'), [], {
+      execPath: enter,
+      execArgv: [...words, process.execPath],
+      stdio: ['ignore', 'inherit', 'inherit', 'ipc'],
+    });
     closing.push(() => child.kill('SIGKILL'));
     let next = 0;
     const open = /** @type {Map<number, {resolve: Function, reject: Function}>} */ (new Map());

@@ -30,14 +30,24 @@ const moves = (list) => list.filter(({ name }) => name).filter(({ name }, i, nam
 
 /**
  * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number, seed?: number,
- *   fsync?: boolean, upgrade?: boolean, quiet_s?: number, steady_s?: number, twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
+ *   fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number, twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
  * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at the beginning. `steady_s`: after a fault, until
  * no viewer has lost frames for so long: sessions go back to a daemon that is there again, and that belongs to the same fault.
  * `twins`: how many sessions are run again in an undisturbed daemon.
  */
 export async function disturb(wish) {
-  const { binary = BINARY, sessions = 12, kinds, lease_s = 3, beyond_s = 2 * lease_s, hz = 20, every_ms = 500, seed = 1, fsync = false } = wish;
-  const { upgrade = true, quiet_s = 2, steady_s = 0.5, twins = sessions, logs, args, say = () => {} } = wish;
+  const {
+    binary = BINARY,
+    sessions = 12,
+    kinds,
+    lease_s = 3,
+    beyond_s = 2 * lease_s,
+    hz = 20,
+    every_ms = 500,
+    seed = 1,
+    fsync = false,
+  } = wish;
+  const { upgrade = true, upgrade_rest_s = 0, quiet_s = 2, steady_s = 0.5, twins = sessions, logs, args, say = () => {} } = wish;
   const rig = await startCluster({ binary, lease_s, fsync, seed, folder: logs, args });
   try {
     audit(rig);
@@ -59,7 +69,8 @@ export async function disturb(wish) {
       await act();
       const over = now(),
         frames = await calm(over);
-      for (const end = now() + 20000 + 1000 * steady_s; now() < end && (await rig.ask('unsteady', { ms: 1000 * steady_s })) > 0; ) await pause(100);
+      for (const end = now() + 20000 + 1000 * steady_s; now() < end && (await rig.ask('unsteady', { ms: 1000 * steady_s })) > 0; )
+        await pause(100);
       const to = now();
       const gaps = await rig.ask('gaps', { from, to }),
         told = summary(gaps, hz);
@@ -82,6 +93,7 @@ export async function disturb(wish) {
           daemon.faked = false;
           daemon.start();
           await rig.ready(daemon.url);
+          await pause(1000 * upgrade_rest_s);
         }
       });
     await rig.ask('halt');
@@ -94,7 +106,8 @@ export async function disturb(wish) {
     const logs_ = total(known.sessions.map((/** @type {any} */ session) => checkLog(session, findings)));
     const lines = checkLines(rig, spans, findings);
     const stray = strayFrames([...known.viewers, ...known.seconds], known.offset_ms, spans);
-    for (const { id, server, late } of stray) findings.push(`${id}: ${server} took frames ${late.toFixed(0)} ms outside of the time in which it owned it`);
+    for (const { id, server, late } of stray)
+      findings.push(`${id}: ${server} took frames ${late.toFixed(0)} ms outside of the time in which it owned it`);
     const replays = await checkReplays(binary, known.sessions, findings);
     const random = randomOf(seed),
       chosen = known.sessions.filter((_, i) => i === 0 || random() < twins / sessions);
@@ -123,7 +136,9 @@ export async function disturb(wish) {
         accidents: rig.daemons.reduce((sum, daemon) => sum + daemon.accidents, 0) + rig.proxy.accidents,
       },
       closed: total(known.viewers.map((/** @type {any} */ viewer) => viewer.codes)),
-      statuses: total(known.sessions.flatMap((/** @type {any} */ session) => session.commands.map((/** @type {any} */ told) => ({ [told.status]: 1 })))),
+      statuses: total(
+        known.sessions.flatMap((/** @type {any} */ session) => session.commands.map((/** @type {any} */ told) => ({ [told.status]: 1 }))),
+      ),
     };
   } catch (error) {
     for (const { name } of [...rig.daemons, rig.proxy]) say(`${name}: ${rig.log(name).slice(-1500)}`);
@@ -135,7 +150,9 @@ export async function disturb(wish) {
 
 /** What did not hold: empty when all did. @param {Awaited<ReturnType<typeof disturb>>} report */
 export const broken = ({ totals }) =>
-  ['lost', 'twice', 'disorder', 'holes', 'strangers', 'stray', 'replays_differ', 'twins_differ', 'accidents'].filter((name) => totals[name] > 0);
+  ['lost', 'twice', 'disorder', 'holes', 'strangers', 'stray', 'replays_differ', 'twins_differ', 'accidents'].filter(
+    (name) => totals[name] > 0,
+  );
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const option = (/** @type {string} */ name, /** @type {any} */ standard) =>

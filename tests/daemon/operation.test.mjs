@@ -16,7 +16,8 @@ const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..')
   CLUSTER = path.join(ROOT, 'deploy/cluster');
 const read = (/** @type {string} */ name) => readFileSync(path.join(CLUSTER, name), 'utf8');
 const env = { ...process.env, PATH: `${process.env.PATH}:/usr/sbin:/sbin:${path.dirname(BINARY)}` };
-const run = (/** @type {string} */ command, /** @type {string[]} */ ...args) => spawnSync(command, args, { encoding: 'utf8', env, cwd: CLUSTER, timeout: 60000 });
+const run = (/** @type {string} */ command, /** @type {string[]} */ ...args) =>
+  spawnSync(command, args, { encoding: 'utf8', env, cwd: CLUSTER, timeout: 60000 });
 const absent = (/** @type {string} */ command) => (run(command, '--version').error ? `${command} is not installed` : false);
 const HELP = spawnSync(BINARY, ['serve', '--help'], { encoding: 'utf8' }).stdout;
 const SHARED = /^ {2}--lease-s /m.test(HELP) ? false : 'this laglab keeps sessions in one daemon: serve has no --lease-s';
@@ -36,7 +37,11 @@ test('HAProxy takes its configuration, as it is and as the tests change it', { s
     const { status, stdout, stderr } = run('haproxy', '-c', '-f', file);
     assert.equal(status, 0, `${file}: ${stderr}`);
     assert.match(stdout, /^Configuration file is valid$/m);
-    assert.doesNotMatch(stderr, /\[(WARNING|ALERT)\]/, file);
+    /* The names are those of a cluster. */
+    const other = stderr
+      .split('\n')
+      .filter((line) => /\[(WARNING|ALERT)\]/.test(line) && !/could not resolve address 'laglab-\d\.laglab', disabling server/.test(line));
+    assert.deepEqual(other, [], file);
   }
   writeFileSync(changed, read('haproxy.cfg').replace('balance hash path', 'balance hash pth'));
   assert.notEqual(run('haproxy', '-c', '-f', changed).status, 0, 'a mistake is found');
@@ -61,9 +66,14 @@ function mismatches(all) {
     say(name === `${daemons.metadata.name}-${i}` && address === `${name}.${daemons.spec.serviceName}:8080`, `server ${name} ${address}`),
   );
   say(of('Service').spec.publishNotReadyAddresses === true, 'a daemon that ends keeps its name');
-  say(kustomization().configMapGenerator.some((/** @type {any} */ one) => file.startsWith(one.name)), 'the file of the proxy');
   say(
-    all.filter((one) => one.kind === 'NetworkPolicy').every((policy) => policy.spec.egress.every((/** @type {any} */ rule) => rule.ports?.length > 0)),
+    kustomization().configMapGenerator.some((/** @type {any} */ one) => file.startsWith(one.name)),
+    'the file of the proxy',
+  );
+  say(
+    all
+      .filter((one) => one.kind === 'NetworkPolicy')
+      .every((policy) => policy.spec.egress.every((/** @type {any} */ rule) => rule.ports?.length > 0)),
     'daemons may reach any port',
   );
   return wrong;
@@ -71,22 +81,21 @@ function mismatches(all) {
 
 test('the objects of a cluster have valid fields and types, and match each other and the proxy', () => {
   const all = objects();
-  assert.deepEqual(
-    all.map((/** @type {any} */ one) => `${one.kind} ${one.metadata.name}`).sort(),
-    [
-      'Deployment laglab-proxy',
-      'HorizontalPodAutoscaler laglab',
-      'NetworkPolicy laglab',
-      'NetworkPolicy laglab-proxy',
-      'PodDisruptionBudget laglab',
-      'PodDisruptionBudget laglab-proxy',
-      'Service laglab',
-      'Service laglab-proxy',
-      'StatefulSet laglab',
-    ],
-  );
+  assert.deepEqual(all.map((/** @type {any} */ one) => `${one.kind} ${one.metadata.name}`).sort(), [
+    'Deployment laglab-proxy',
+    'HorizontalPodAutoscaler laglab',
+    'NetworkPolicy laglab',
+    'NetworkPolicy laglab-proxy',
+    'PodDisruptionBudget laglab',
+    'PodDisruptionBudget laglab-proxy',
+    'Service laglab',
+    'Service laglab-proxy',
+    'StatefulSet laglab',
+  ]);
   assert.deepEqual(typeErrors([all]), [[]]);
-  const wanted = SHARED ? problems(all, read('kustomization.yaml')).filter((one) => !/--url$/.test(one)) : problems(all, read('kustomization.yaml'));
+  const wanted = SHARED
+    ? problems(all, read('kustomization.yaml')).filter((one) => !/--url$/.test(one))
+    : problems(all, read('kustomization.yaml'));
   assert.deepEqual(wanted, []);
   assert.deepEqual(mismatches(all), []);
   const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
@@ -101,7 +110,10 @@ test('the objects of a cluster have valid fields and types, and match each other
   for (const [said, make] of mistakes) {
     const changed = objects();
     make((name) => changed.find((/** @type {any} */ one) => `${one.kind} ${one.metadata.name}` === name));
-    assert.ok(mismatches(changed).some((one) => one.includes(said)), said);
+    assert.ok(
+      mismatches(changed).some((one) => one.includes(said)),
+      said,
+    );
   }
 });
 
@@ -141,8 +153,10 @@ test('the compose file is consistent: services, names, networks, secrets, option
     assert.equal(command[command.indexOf('--trusted-proxy') + 1], compose.networks.inside.ipam.config[0].subnet);
   }
   for (const [name, service] of Object.entries(services)) {
-    for (const other of Array.isArray(service.depends_on) ? service.depends_on : Object.keys(service.depends_on ?? {})) assert.ok(services[other], `${name}: ${other}`);
-    for (const network of Array.isArray(service.networks) ? service.networks : Object.keys(service.networks)) assert.ok(network in compose.networks, `${name}: ${network}`);
+    for (const other of Array.isArray(service.depends_on) ? service.depends_on : Object.keys(service.depends_on ?? {}))
+      assert.ok(services[other], `${name}: ${other}`);
+    for (const network of Array.isArray(service.networks) ? service.networks : Object.keys(service.networks))
+      assert.ok(network in compose.networks, `${name}: ${network}`);
     for (const secret of service.secrets ?? []) assert.ok(compose.secrets[secret], `${name}: ${secret}`);
     for (const volume of service.volumes ?? []) {
       const [from] = volume.split(':');
@@ -158,7 +172,8 @@ test('the compose file is consistent: services, names, networks, secrets, option
 /** Names of metrics of ours in a text of PromQL. @param {string} text */
 const namesIn = (text) => [...new Set([...text.matchAll(/\blaglab_\w+/g)].map(([name]) => name.replace(/_bucket$/, '')))].sort();
 const dashboard = () => JSON.parse(read('dashboard.json'));
-const expressions = () => dashboard().panels.flatMap((/** @type {any} */ panel) => (panel.targets ?? []).map((/** @type {any} */ target) => target.expr));
+const expressions = () =>
+  dashboard().panels.flatMap((/** @type {any} */ panel) => (panel.targets ?? []).map((/** @type {any} */ target) => target.expr));
 
 test('alerts and dashboard have only metrics that a daemon has', async (t) => {
   const { missing, call: postgres } = ownPostgres();
@@ -178,13 +193,21 @@ test('alerts and dashboard have only metrics that a daemon has', async (t) => {
   /* A rate is of what only grows. */
   for (const [, name] of [read('alerts.yaml'), ...expressions()].join('\n').matchAll(/\b(?:rate|increase)\((laglab_\w+)/g))
     assert.match(there.get(name.replace(/_bucket$/, '')) ?? 'counter', /^(counter|histogram)$/, name);
-  const labels = new Set([...text.matchAll(/^(laglab_\w+)\{(\w+)="([^"]*)"\}/gm)].map(([, name, label, value]) => `${name}.${label}=${value}`));
-  for (const [, name, label, values] of [read('alerts.yaml'), ...expressions()].join('\n').matchAll(/(laglab_\w+)\{(limit|class|status|why)=~?"([^"$]*)"/g))
-    for (const value of values.split('|')) if (there.has(name)) assert.ok(labels.has(`${name}.${label}=${value}`), `${name}{${label}="${value}"}`);
+  const labels = new Set(
+    [...text.matchAll(/^(laglab_\w+)\{(\w+)="([^"]*)"\}/gm)].map(([, name, label, value]) => `${name}.${label}=${value}`),
+  );
+  for (const [, name, label, values] of [read('alerts.yaml'), ...expressions()]
+    .join('\n')
+    .matchAll(/(laglab_\w+)\{(limit|class|status|why)=~?"([^"$]*)"/g))
+    for (const value of values.split('|'))
+      if (there.has(name)) assert.ok(labels.has(`${name}.${label}=${value}`), `${name}{${label}="${value}"}`);
 });
 
 test('Prometheus takes the alerts, and each is raised by what it is for and by nothing else', { skip: absent('promtool') }, () => {
-  assert.deepEqual([run('promtool', 'check', 'rules', 'alerts.yaml')].map(({ status, stderr }) => [status, stderr]), [[0, '']]);
+  assert.deepEqual(
+    [run('promtool', 'check', 'rules', 'alerts.yaml')].map(({ status, stderr }) => [status, stderr]),
+    [[0, '']],
+  );
   const { status, stdout, stderr } = run('promtool', 'test', 'rules', 'alerts.test.yaml');
   assert.equal(status, 0, stdout + stderr);
   const [rules] = parse(read('alerts.yaml')),
@@ -192,8 +215,14 @@ test('Prometheus takes the alerts, and each is raised by what it is for and by n
   const alerts = rules.groups.flatMap((/** @type {any} */ group) => group.rules.map((/** @type {any} */ rule) => rule.alert)),
     cases = tests.flatMap((/** @type {any} */ one) => one.alert_rule_test);
   for (const alert of alerts) {
-    assert.ok(cases.some((/** @type {any} */ one) => one.alertname === alert && one.exp_alerts), `${alert} is raised`);
-    assert.ok(cases.some((/** @type {any} */ one) => one.alertname === alert && !one.exp_alerts), `${alert} is not`);
+    assert.ok(
+      cases.some((/** @type {any} */ one) => one.alertname === alert && one.exp_alerts),
+      `${alert} is raised`,
+    );
+    assert.ok(
+      cases.some((/** @type {any} */ one) => one.alertname === alert && !one.exp_alerts),
+      `${alert} is not`,
+    );
   }
 });
 
@@ -210,7 +239,10 @@ test('the dashboard is whole, and Prometheus reads its expressions', { skip: abs
   const variables = templating.list.map((/** @type {any} */ one) => one.name);
   for (const [, name] of JSON.stringify(panels).matchAll(/\$\{?(\w+)\}?/g)) assert.ok(variables.includes(name), `$${name}`);
   const file = path.join(folder, 'expressions.yaml');
-  const rules = expressions().map((/** @type {string} */ expr, /** @type {number} */ i) => ({ record: `panel:${i}`, expr: expr.replaceAll('$instance', '.*') }));
+  const rules = expressions().map((/** @type {string} */ expr, /** @type {number} */ i) => ({
+    record: `panel:${i}`,
+    expr: expr.replaceAll('$instance', '.*'),
+  }));
   writeFileSync(file, JSON.stringify({ groups: [{ name: 'dashboard', rules }] }));
   const { status, stdout, stderr } = run('promtool', 'check', 'rules', file);
   assert.equal(status, 0, stdout + stderr);

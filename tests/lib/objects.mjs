@@ -177,7 +177,10 @@ export function problems(all, instructions) {
     if (kind === 'HorizontalPodAutoscaler') {
       const { kind: of, name: target } = spec.scaleTargetRef,
         workload = all.find((other) => other.kind === of && other.metadata.name === target);
-      say(workload?.spec.replicas >= spec.minReplicas && workload?.spec.replicas <= spec.maxReplicas, `${name}: scales no workload, or out of its limits`);
+      say(
+        workload?.spec.replicas >= spec.minReplicas && workload?.spec.replicas <= spec.maxReplicas,
+        `${name}: scales no workload, or out of its limits`,
+      );
     }
     if (kind === 'Job') {
       say(spec.completionMode === 'Indexed' && spec.completions >= spec.parallelism, `${name}: an indexed job has an index for each pod`);
