@@ -1,6 +1,6 @@
 // Three daemons, PostgreSQL and HAProxy on machines of their own (network namespaces, root) under load, while everything is killed, frozen and cut off; then
 // all daemons are replaced, one after the other. And what an acknowledged command costs by PostgreSQL and by SQLite.
-//   bench/run cluster [--quick] [--sessions=500] [--faults=100] [--lease=10] [--beyond=30] [--seed=1] [--only=store|faults]
+//   bench/run cluster [--quick] [--sessions=500] [--faults=100] [--lease=10] [--beyond=30] [--steady=6] [--seed=1] [--only=store|faults]
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -18,6 +18,7 @@ const sessions = option('sessions', quick ? 60 : 500),
   count = option('faults', quick ? 20 : 100),
   lease_s = option('lease', quick ? 3 : 10),
   beyond_s = option('beyond', quick ? 6 : 30),
+  steady_s = option('steady', quick ? 2 : 6),
   seed = option('seed', 1),
   only = word('only', '');
 const HZ = 20,
@@ -47,7 +48,7 @@ if (only !== 'store') {
     seed,
     fsync: true,
     quiet_s: quick ? 5 : 20,
-    steady_s: quick ? 2 : 6,
+    steady_s,
     upgrade_rest_s: 10,
     twins: TWINS,
     logs,
@@ -84,7 +85,7 @@ if (only !== 'store') {
   say(
     `${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost, no session run twice at a time, hashes of an undisturbed twin.`,
   );
-  const command = `bench/run cluster --sessions=${sessions} --faults=${count} --lease=${lease_s} --beyond=${beyond_s} --seed=${seed}`;
+  const command = `bench/run cluster --sessions=${sessions} --faults=${count} --lease=${lease_s} --beyond=${beyond_s} --steady=${steady_s} --seed=${seed}`;
   writeCsv(
     'cluster',
     command,

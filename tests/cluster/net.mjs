@@ -1,6 +1,5 @@
 // Machines of a cluster as network namespaces that a bridge joins: each has an address of its own, and its cable can be pulled.
 import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, statSync } from 'node:fs';
 
 const env = { ...process.env, PATH: `${process.env.PATH}:/usr/sbin:/sbin` }; // where Debian keeps ip and nsenter's friends
 const run = (/** @type {string[]} */ [command, ...words]) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'], env });
@@ -12,7 +11,10 @@ export function noNamespaces() {
     made = spawnSync('ip', ['netns', 'add', name], { encoding: 'utf8', env });
   if (made.error) return 'ip is not installed (Debian: iproute2)';
   if (made.status !== 0) return `no network namespaces here: ${made.stderr.trim()}`;
-  const bridge = spawnSync('nsenter', [`--net=/run/netns/${name}`, 'ip', 'link', 'add', 'bridge0', 'type', 'bridge'], { encoding: 'utf8', env });
+  const bridge = spawnSync('nsenter', [`--net=/run/netns/${name}`, 'ip', 'link', 'add', 'bridge0', 'type', 'bridge'], {
+    encoding: 'utf8',
+    env,
+  });
   spawnSync('ip', ['netns', 'del', name], { env });
   return bridge.status === 0 ? '' : `no bridges here: ${bridge.stderr?.trim()}`;
 }
@@ -66,11 +68,4 @@ export function openNet(names) {
     cut: (/** @type {string} */ name) => cable(name, 'down'),
     heal: (/** @type {string} */ name) => cable(name, 'up'),
   };
-}
-
-/** The library that shows a process another time of day; empty where it is not installed. */
-export function faketime() {
-  const cpu = { arm64: 'aarch64', x64: 'x86_64' }[process.arch] ?? process.arch,
-    file = `/usr/lib/${cpu}-linux-gnu/faketime/libfaketimeMT.so.1`;
-  return existsSync(file) && statSync(file).isFile() ? file : '';
 }

@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { pause } from '../lib/client.mjs';
-import { faketime, noNamespaces, openNet } from './net.mjs';
+import { noNamespaces, openNet } from './net.mjs';
 
 const HERE = path.dirname(fileURLToPath(import.meta.url)),
   ROOT = path.resolve(HERE, '../..'),
@@ -33,6 +33,7 @@ export function randomOf(seed) {
 export function noCluster(binary) {
   const haproxy = spawnSync('haproxy', ['-v'], { env, encoding: 'utf8' });
   if (haproxy.error) return 'haproxy is not installed';
+  if (spawnSync('cc', ['--version']).error) return 'there is no compiler';
   if (!/--lease-s/.test(spawnSync(binary, ['serve', '--help'], { encoding: 'utf8' }).stdout ?? ''))
     return 'this laglab keeps sessions in one daemon: serve has no --lease-s';
   return noNamespaces();
@@ -68,9 +69,9 @@ class Process {
     this.command = command;
     this.log = log;
     this.wanted = false;
-    this.accidents = 0; // ended by itself
+    this.accidents = /** @type {string[]} */ ([]); // how it ended by itself
     this.child = /** @type {import('node:child_process').ChildProcess | null} */ (null);
-    this.gone = Promise.resolve();
+    this.gone = /** @type {Promise<string>} */ (Promise.resolve(''));
   }
 
   start() {
@@ -81,13 +82,13 @@ class Process {
     closeSync(file);
     this.child = child;
     this.gone = new Promise((resolve) => {
-      child.once('error', () => resolve(undefined));
-      child.once('exit', () => resolve(undefined));
+      child.once('error', (error) => resolve(error.message));
+      child.once('exit', (code, signal) => resolve(signal ?? `exit ${code}`));
     });
-    this.gone.then(() => {
+    this.gone.then((how) => {
       if (this.child === child) this.child = null;
       if (!this.wanted) return;
-      this.accidents++;
+      this.accidents.push(`${this.name}: ${how}`);
       setTimeout(() => this.wanted && !this.child && this.start(), 1000);
     });
   }
@@ -160,6 +161,9 @@ export async function startCluster(wish) {
     // ---- the daemons ----
     const place = (/** @type {string} */ name) => `http://${net.address(name)}:${PORT}`;
     const clock = (/** @type {string} */ name) => path.join(folder, `${name}.clock`);
+    /* Not libfaketime: with it threads that wait by the monotonic clock never sleep. */
+    const preloaded = path.join(folder, 'date.so');
+    execFileSync('cc', ['-shared', '-fPIC', '-o', preloaded, path.join(ROOT, 'tests/lib/date.c')]);
     const daemons = names.map((name) => {
       const own = path.join(folder, name);
       mkdirSync(own);
@@ -168,15 +172,7 @@ export async function startCluster(wish) {
           name,
           () => [
             ...net.before(name),
-            ...(daemon.faked
-              ? [
-                  'env',
-                  `LD_PRELOAD=${faketime()}`,
-                  `FAKETIME_TIMESTAMP_FILE=${clock(name)}`,
-                  'FAKETIME_CACHE_DURATION=1',
-                  'FAKETIME_DONT_FAKE_MONOTONIC=1',
-                ]
-              : []),
+            ...(daemon.faked ? ['env', `LD_PRELOAD=${preloaded}`, `DATE_FILE=${clock(name)}`] : []),
             binary,
             'serve',
             ...['--listen', `${net.address(name)}:${PORT}`, '--url', place(name), '--store', store, '--lease-s', String(lease_s)],
@@ -188,8 +184,8 @@ export async function startCluster(wish) {
         {
           url: place(name),
           faked: false,
-          /** Its time of day from now on. @param {string} offset such as `+60s` */
-          setClock: (offset) => writeFileSync(clock(name), `${offset}\n`),
+          /** Its time of day from now on. @param {number} ahead_s */
+          setClock: (ahead_s) => writeFileSync(clock(name), String(ahead_s)),
         },
       );
       processes.add(daemon);

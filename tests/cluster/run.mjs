@@ -69,7 +69,7 @@ export async function disturb(wish) {
       await act();
       const over = now(),
         frames = await calm(over);
-      for (const end = now() + 20000 + 1000 * steady_s; now() < end && (await rig.ask('unsteady', { ms: 1000 * steady_s })) > 0; )
+      for (const end = now() + 3000 + 2000 * steady_s; now() < end && (await rig.ask('unsteady', { ms: 1000 * steady_s })) > 0; )
         await pause(100);
       const to = now();
       const gaps = await rig.ask('gaps', { from, to }),
@@ -112,6 +112,8 @@ export async function disturb(wish) {
     const random = randomOf(seed),
       chosen = known.sessions.filter((_, i) => i === 0 || random() < twins / sessions);
     const twin = await checkTwins(chosen, findings);
+    const accidents = [...rig.daemons, rig.proxy].flatMap((each) => each.accidents);
+    findings.push(...accidents);
     const frames = total([...known.viewers, ...known.seconds].map(({ frames: seen }) => ({ seen })));
     return {
       faults,
@@ -133,7 +135,7 @@ export async function disturb(wish) {
         replays_differ: replays.differ,
         twins: twin.twins,
         twins_differ: twin.differ,
-        accidents: rig.daemons.reduce((sum, daemon) => sum + daemon.accidents, 0) + rig.proxy.accidents,
+        accidents: accidents.length,
       },
       closed: total(known.viewers.map((/** @type {any} */ viewer) => viewer.codes)),
       statuses: total(

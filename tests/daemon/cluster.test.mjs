@@ -6,7 +6,6 @@ import { BINARY } from '../lib/daemon.mjs';
 import { ownPostgres } from '../lib/chaos.mjs';
 import { checkLog, strayFrames } from '../cluster/checks.mjs';
 import { broken, disturb, summary } from '../cluster/run.mjs';
-import { FAULTS } from '../cluster/faults.mjs';
 import { noCluster } from '../cluster/rig.mjs';
 
 const LEASE_S = 3,
@@ -25,10 +24,9 @@ function reason() {
 const skip = reason() || false;
 
 test('a cluster that is disturbed loses nothing and runs no session twice', { skip, timeout: 120000 }, async (t) => {
-  const kinds = KINDS.filter((kind) => !FAULTS[kind].missing?.());
   const report = await disturb({
     sessions: 12,
-    kinds,
+    kinds: KINDS,
     lease_s: LEASE_S,
     beyond_s: LEASE_S + 1.5,
     hz: HZ,
