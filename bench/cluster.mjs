@@ -1,5 +1,6 @@
-// Three daemons, PostgreSQL and HAProxy on machines of their own (network namespaces, root) under load, while everything is killed, frozen and cut off; then
-// all daemons are replaced, one after the other. And what an acknowledged command costs by PostgreSQL and by SQLite.
+// Three daemons, PostgreSQL and HAProxy on machines of their own (network namespaces, root) under load, while everything is killed,
+// frozen and cut off; then all daemons are replaced, one after the other. And what an acknowledged command costs by PostgreSQL and by
+// SQLite.
 //   bench/run cluster [--quick] [--sessions=500] [--faults=100] [--lease=10] [--beyond=30] [--steady=6] [--seed=1] [--only=store|faults]
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -82,10 +83,10 @@ if (only !== 'store') {
   for (const finding of report.findings.slice(0, 20)) say(finding);
   const bad = broken(report);
   good &&= bad.length === 0;
-  say(
-    `${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost, no session run twice at a time, hashes of an undisturbed twin.`,
-  );
-  const command = `bench/run cluster --sessions=${sessions} --faults=${count} --lease=${lease_s} --beyond=${beyond_s} --steady=${steady_s} --seed=${seed}`;
+  const outcome = bad.length ? `MISSED: ${bad.join(', ')}` : 'Met';
+  say(`${outcome}: no acknowledged command lost, no session run twice at a time, hashes of an undisturbed twin.`);
+  const times = `--lease=${lease_s} --beyond=${beyond_s} --steady=${steady_s}`,
+    command = `bench/run cluster --sessions=${sessions} --faults=${count} ${times} --seed=${seed}`;
   writeCsv(
     'cluster',
     command,

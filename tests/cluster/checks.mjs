@@ -1,5 +1,5 @@
 // What must hold for a disturbed cluster, from the answers that clients got, what they saw and what the database holds:
-//   1. every acknowledged command is in the log once, at the tick that the answer said; no command is there twice; the ticks of a log ascend
+//   1. every acknowledged command is in the log once, at the tick of its answer; no command is there twice; the ticks of a log ascend
 //   2. logs have no holes, and each line was written by the daemon that owned the session at that time
 //   3. every frame was taken by the daemon that owned the session at that time: no session ran twice at a time
 //   4. the state at the end has the hash of a replay, and of a run of the same commands in one daemon with SQLite
@@ -17,8 +17,10 @@ const TABLES = { session: 'laglab_sessions.session', line: 'laglab_sessions.line
 /** Before the first session is made. @param {import('./faults.mjs').Rig} rig */
 export function audit({ database }) {
   database.sql(`
-    ALTER TABLE ${TABLES.line} ADD COLUMN written_by inet DEFAULT inet_client_addr(), ADD COLUMN written timestamptz DEFAULT clock_timestamp();
-    CREATE TABLE public.owned(session text, owner bigint, at timestamptz DEFAULT clock_timestamp(), serial bigint GENERATED ALWAYS AS IDENTITY);
+    ALTER TABLE ${TABLES.line} ADD COLUMN written_by inet DEFAULT inet_client_addr(),
+      ADD COLUMN written timestamptz DEFAULT clock_timestamp();
+    CREATE TABLE public.owned(session text, owner bigint, at timestamptz DEFAULT clock_timestamp(),
+      serial bigint GENERATED ALWAYS AS IDENTITY);
     CREATE FUNCTION public.note_owner() RETURNS trigger LANGUAGE plpgsql AS
       $$ BEGIN INSERT INTO public.owned(session, owner) VALUES (new.id, new.owner); RETURN new; END $$;
     CREATE TRIGGER note_owner AFTER INSERT OR UPDATE OF owner ON ${TABLES.session} FOR EACH ROW EXECUTE FUNCTION public.note_owner()`);
@@ -120,7 +122,8 @@ export function checkLines({ database, daemons, net }, spans, findings) {
     findings.push(`${id}: ${lines} lines numbered ${first} to ${last}`);
   }
   for (const [id, i, address, at] of database.sql(
-    `SELECT s.id, l.i, host(l.written_by), extract(epoch FROM l.written) * 1000 FROM ${TABLES.line} l JOIN ${TABLES.session} s ON s.no = l.session WHERE l.i > 0`,
+    `SELECT s.id, l.i, host(l.written_by), extract(epoch FROM l.written) * 1000
+     FROM ${TABLES.line} l JOIN ${TABLES.session} s ON s.no = l.session WHERE l.i > 0`,
   )) {
     const name = nameAt.get(address);
     if ((spans.get(id) ?? []).some((span) => span.name === name && Number(at) >= span.from && Number(at) <= span.to)) continue;

@@ -3,7 +3,11 @@ import { pause } from '../lib/client.mjs';
 
 /** @typedef {Awaited<ReturnType<typeof import('./rig.mjs').startCluster>>} Rig */
 
-/** With the right time of day, and until it takes sessions: one that finds no database when it starts ends. @param {Rig} rig @param {Rig['daemons'][number]} daemon */
+/**
+ * With the right time of day, and until it takes sessions: one that finds no database when it starts ends.
+ * @param {Rig} rig
+ * @param {Rig['daemons'][number]} daemon
+ */
 async function start({ ready }, daemon) {
   daemon.faked = false;
   daemon.start();

@@ -1,7 +1,7 @@
-// Clients of a cluster, as a process of its own on a machine of its own: for each session a viewer that reconnects by itself, as the page does, and
-// commands, one after the other. It keeps what was acknowledged and what was seen; tests/cluster/checks.mjs compares that with what is stored.
-// For every eighth session there is a second viewer, connected straight to the daemon that has the session, which never gives up a connection that is
-// open: it would see a daemon that goes on with a session that is another's by now.
+// Clients of a cluster, as a process of its own on a machine of its own: for each session a viewer that reconnects by itself, as the page
+// does, and commands, one after the other. It keeps what was acknowledged and what was seen; tests/cluster/checks.mjs compares that with
+// what is stored. For every eighth session there is a second viewer, connected straight to the daemon that has the session, which never
+// gives up a connection that is open: it would see a daemon that goes on with a session that is another's by now.
 import WebSocket from 'ws';
 import { client, pause } from '../lib/client.mjs';
 
@@ -35,7 +35,10 @@ class Viewer {
     this.back = 0; // most ticks that the view went back
     /** From the last frame before to the first one after. @type {{from: number, to: number, back: number}[]} */
     this.gaps = [];
-    /** Frames without a gap from one daemon: when they were taken, by the monotonic clock. @type {{server: string, from: number, to: number}[]} */
+    /**
+     * Frames without a gap from one daemon: when they were taken, by the monotonic clock.
+     * @type {{server: string, from: number, to: number}[]}
+     */
     this.runs = [];
     this.codes = /** @type {Record<string, number>} */ ({}); // why streams ended
     this.socket = /** @type {WebSocket | null} */ (null);
@@ -144,7 +147,11 @@ let viewers = [],
 let commanding = /** @type {Promise<void>[]} */ ([]),
   halted = false;
 
-/** Commands, each with a value of its own, so that it is found in the log: sixteenths are exact in any format. @param {any} session @param {number} every_ms */
+/**
+ * Commands, each with a value of its own, so that it is found in the log: sixteenths are exact in any format.
+ * @param {any} session
+ * @param {number} every_ms
+ */
 async function command(session, every_ms) {
   while (!halted) {
     await pause(-Math.log(1 - Math.random()) * every_ms);
@@ -187,7 +194,13 @@ async function insist(call, ms = 60000) {
   throw new Error(`not done: ${last?.status} ${last?.text ?? last?.message}`);
 }
 
-/** Calls `act` for all, some at a time. @template T @param {T[]} all @param {number} at_once @param {(one: T, i: number) => Promise<any>} act */
+/**
+ * Calls `act` for all, some at a time.
+ * @template T
+ * @param {T[]} all
+ * @param {number} at_once
+ * @param {(one: T, i: number) => Promise<any>} act
+ */
 async function each(all, at_once, act) {
   let next = 0;
   const work = async () => {

@@ -1,5 +1,5 @@
-// A cluster on one machine: daemons, PostgreSQL, HAProxy and clients, each on a machine of its own (net.mjs), with the configuration of deploy/cluster.
-// `node tests/cluster/run.mjs` disturbs it; so do tests/daemon/cluster.test.mjs (a little) and bench/cluster.mjs (a lot).
+// A cluster on one machine: daemons, PostgreSQL, HAProxy and clients, each on a machine of its own (net.mjs), with the configuration of
+// deploy/cluster. `node tests/cluster/run.mjs` disturbs it; so do tests/daemon/cluster.test.mjs (a little) and bench/cluster.mjs (a lot).
 import { execFileSync, fork, spawn, spawnSync } from 'node:child_process';
 import { closeSync, mkdirSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -39,7 +39,11 @@ export function noCluster(binary) {
   return noNamespaces();
 }
 
-/** The configuration of deploy/cluster for these daemons, each by its name and address. @param {string} proxy @param {[string, string][]} daemons */
+/**
+ * The configuration of deploy/cluster for these daemons, each by its name and address.
+ * @param {string} proxy
+ * @param {[string, string][]} daemons
+ */
 export function haproxyConfig(proxy, daemons) {
   const lines = readFileSync(path.join(ROOT, 'deploy/cluster/haproxy.cfg'), 'utf8').split('\n'),
     first = lines.findIndex((line) => /^\s+server laglab-0 /.test(line));

@@ -1,5 +1,6 @@
 // A cluster under load is disturbed, and what must hold is checked (checks.mjs). One command, as root:
-//   node tests/cluster/run.mjs [--sessions=12] [--faults=10] [--lease=3] [--beyond=6] [--hz=20] [--every=500] [--seed=1] [--only=KIND] [--logs=FOLDER]
+//   node tests/cluster/run.mjs [--sessions=12] [--faults=10] [--lease=3] [--beyond=6] [--hz=20] [--every=500] [--seed=1]
+//     [--only=KIND] [--logs=FOLDER]
 // LAGLAB_BIN names the program (build/laglab). Ends with 1 if something did not hold.
 import { fileURLToPath } from 'node:url';
 import { pause } from '../lib/client.mjs';
@@ -30,8 +31,10 @@ const moves = (list) => list.filter(({ name }) => name).filter(({ name }, i, nam
 
 /**
  * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number, seed?: number,
- *   fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number, twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
- * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at the beginning. `steady_s`: after a fault, until
+ *   fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number,
+ *   twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
+ * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at
+ * the beginning. `steady_s`: after a fault, until
  * no viewer has lost frames for so long: sessions go back to a daemon that is there again, and that belongs to the same fault.
  * `twins`: how many sessions are run again in an undisturbed daemon.
  */
@@ -75,9 +78,8 @@ export async function disturb(wish) {
       const gaps = await rig.ask('gaps', { from, to }),
         told = summary(gaps, hz);
       faults.push({ kind, gaps, from, to, act_s: (over - from) / 1000, calm_s: (frames - over) / 1000 });
-      say(
-        `${kind}: ${((over - from) / 1000).toFixed(1)} s, ${told.viewers} viewers without frames for ${told.p50_s.toFixed(2)} s, at most ${told.max_s.toFixed(2)} s`,
-      );
+      const [act_s, p50_s, max_s] = [(over - from) / 1000, told.p50_s, told.max_s].map((x) => x.toFixed(2));
+      say(`${kind}: ${act_s} s, ${told.viewers} viewers without frames for ${p50_s} s, at most ${max_s} s`);
     };
     await pause(1000); // the first frames of a stream are large
     await span('undisturbed', () => pause(1000 * quiet_s));

@@ -1,5 +1,6 @@
-// Sessions on three daemons that share PostgreSQL, behind HAProxy as deploy/cluster configures it, while one thing after the other goes wrong:
-// nothing acknowledged is lost, no session runs twice at a time, and the states are those of an undisturbed daemon. The large one: bench/run cluster.
+// Sessions on three daemons that share PostgreSQL, behind HAProxy as deploy/cluster configures it, while one thing after the other goes
+// wrong: nothing acknowledged is lost, no session runs twice at a time, and the states are those of an undisturbed daemon. The large one:
+// bench/run cluster.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { BINARY } from '../lib/daemon.mjs';
@@ -11,8 +12,10 @@ import { noCluster } from '../cluster/rig.mjs';
 const LEASE_S = 3,
   HZ = 20;
 const KINDS = ['killed', 'database crashed', 'frozen beyond its lease', 'proxy restarted', 'cut off beyond its lease', 'clock wrong'];
-/** Seconds without frames that a viewer may have, by kind; a machine of tests is busy. */
-const MOST_S = { undisturbed: 1.5, killed: 4, 'database crashed': 1.5, 'proxy restarted': 4, 'rolling upgrade': 8 };
+/** Seconds without frames that a viewer may have, by kind. A daemon that has just claimed a session keeps it for 5 s: a viewer that the proxy
+ * sends to another one may wait as long, then tries again. */
+const MOST_S = { undisturbed: 2, 'database crashed': 2 },
+  OTHER_S = LEASE_S + 8;
 
 function reason() {
   const missing = noCluster(BINARY);
@@ -39,7 +42,7 @@ test('a cluster that is disturbed loses nothing and runs no session twice', { sk
   for (const { kind, gaps } of report.faults) {
     const { viewers, max_s } = summary(gaps, HZ);
     t.diagnostic(`${kind}: ${viewers} viewers without frames, at most for ${max_s.toFixed(2)} s`);
-    assert.ok(max_s < (MOST_S[kind] ?? LEASE_S + 4), `${kind}: ${max_s} s without frames`);
+    assert.ok(max_s < (MOST_S[kind] ?? OTHER_S), `${kind}: ${max_s} s without frames`);
   }
   assert.deepEqual(report.findings.slice(0, 10), []);
   assert.deepEqual(broken(report), []);

@@ -1,4 +1,5 @@
-// The files of deploy/cluster and the instructions of docs/scale.md: proxy, compose file, Kubernetes objects, alerts, dashboard, and a backup that is restored.
+// The files of deploy/cluster and the instructions of docs/scale.md: proxy, compose file, Kubernetes objects, alerts, dashboard, and a
+// backup that is restored.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
