@@ -177,7 +177,7 @@ if (only !== 'faults') {
       for (const store of ['SQLite', 'PostgreSQL']) {
         const { call: postgres } = ownPostgres(),
           args = store === 'PostgreSQL' ? ['--store', postgres('start'), '--url', 'http://127.0.0.1:1', '--lease-s', '10'] : [];
-        const daemon = await startDaemon('--max-commands-per-s', '100000', ...args);
+        const daemon = await startDaemon('--max-commands-per-s', '100000', '--control-threads', '32', ...args);
         try {
           rows.push({ store, clients, round, ...(await commands(daemon.url, clients, seconds)) });
         } finally {
@@ -191,7 +191,8 @@ if (only !== 'faults') {
     'cluster/store',
     `bench/run cluster --only=store`,
     {
-      store: 'PostgreSQL 15 on the same machine, by a socket, fsync on; SQLite as the daemon uses it: WAL, synchronous=NORMAL',
+      store:
+        'PostgreSQL 15 on the same machine, by a socket, fsync on; SQLite as the daemon uses it: WAL, synchronous=NORMAL; --control-threads 32',
       clients: 'each with a session of its own, the next command when the last is acknowledged',
       round: '',
       commands_per_s: '',
