@@ -16,6 +16,7 @@ import { clientTypes } from './clients.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
 import { publishedDoc } from './published.mjs';
+import { capacityDoc, gapsDoc, totalsDoc } from './scale.mjs';
 import { tradeoffDoc } from './tradeoff.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
@@ -926,6 +927,17 @@ function chaosDoc() {
   );
 }
 
+const result = (/** @type {string} */ name) =>
+  existsSync(path.join(ROOT, `bench/results/${name}.csv`)) ? parseCsv(read(`bench/results/${name}.csv`)) : null;
+
+function scaleDoc() {
+  return {
+    capacity: capacityDoc(result('streams'), result('cluster/store'), table),
+    cluster: held('cluster', 'bench/run cluster', ([row]) => totalsDoc(row, table)),
+    gaps: held('cluster/gaps', 'bench/run cluster', (rows) => gapsDoc(rows, table)),
+  };
+}
+
 /** What is left when the load rests. */
 function restsDoc() {
   return held('soak', 'bench/run soak', (rows) =>
@@ -1081,6 +1093,7 @@ export function generate(binary) {
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
+    ['docs/scale.md', filled('docs/scale.md', scaleDoc())],
     [
       'docs/trust.md',
       filled('docs/trust.md', {

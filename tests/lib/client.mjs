@@ -21,9 +21,9 @@ export function seqOf(data) {
 
 /** @typedef {{status: number, headers: http.IncomingHttpHeaders, text: string, json: any}} Answer */
 
-/** A client of the daemon at `url`. `call` sends `body` as JSON unless it is text or bytes. */
-export function client(url) {
-  const agent = new http.Agent({ keepAlive: true, maxSockets: 64 });
+/** A client of the daemon at `url`. `call` sends `body` as JSON unless it is text or bytes. @param {string} url */
+export function client(url, maxSockets = 64) {
+  const agent = new http.Agent({ keepAlive: true, maxSockets });
   /**
    * @param {string} method @param {string} path
    * @param {{body?: any, key?: string, headers?: Record<string, string>, type?: string | null, timeout?: number}} [wish]
