@@ -68,8 +68,8 @@ static void *open_particles(const bench_case *c)
     return start(&setup, &params);
 }
 
-/* The least work a frame that the method has settings for: compression beside that of a peer that allows much
- * of it. */
+/* The least work a frame that the method has settings for: its compression compares with that of a peer that
+ * allows much of it. */
 static void *open_particles_coarse(const bench_case *c)
 {
     ll_particle_setup setup;

@@ -1,4 +1,4 @@
-// Memory of many sessions that nobody watches: 10,000 races that have played for ten seconds and are parked, by the daemon's own memory.
+// Memory of many sessions without viewers: 10,000 races that have played for ten seconds and are parked, by the daemon's own memory.
 import { readFileSync } from 'node:fs';
 import { digits, makeSession, pause, printTable, say, startDaemon, writeCsv } from './lib.mjs';
 
@@ -23,7 +23,7 @@ async function sample(sessions) {
   };
 }
 
-/** Until no session is awake; a session that is parked has caught up with nobody. */
+/** Until no session is awake. */
 async function allParked(sessions) {
   for (let waited = 0; (await metric('sessions_parked')) < sessions; waited++) {
     if (waited > 600) throw new Error(`${await metric('sessions_parked')} of ${sessions} sessions are parked after a minute`);
@@ -47,7 +47,7 @@ await daemon.stop();
 const [first] = rows,
   last = rows.at(-1);
 printTable(
-  'Races that nobody watches',
+  'Races without viewers',
   rows.map((row) => ({
     sessions: row.sessions,
     parked: row.parked,

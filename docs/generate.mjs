@@ -707,7 +707,7 @@ const RESULTS = [
   },
   {
     name: 'parked',
-    title: 'Sessions that nobody watches',
+    title: 'Sessions without viewers',
     by: ['sessions'],
     columns: [
       ['Parked', 'parked', median],
