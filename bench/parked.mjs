@@ -8,7 +8,8 @@ const count = process.argv.includes('--quick') ? 1000 : 10000,
   at_once = 8;
 
 const daemon = await startDaemon('--max-sessions', '20000', '--park-after-s', '1', '--max-client-logs-mib', '0');
-const metric = async (name) => Number(new RegExp(`^laglab_${name} (\\S+)$`, 'm').exec(await (await fetch(`${daemon.url}/metrics`)).text())[1]);
+const metric = async (name) =>
+  Number(new RegExp(`^laglab_${name} (\\S+)$`, 'm').exec(await (await fetch(`${daemon.url}/metrics`)).text())[1]);
 
 async function sample(sessions) {
   const status = readFileSync(`/proc/${daemon.pid}/status`, 'utf8'),
@@ -58,7 +59,9 @@ printTable(
 );
 const met = last.rss_mib <= GOAL_MIB;
 say('');
-say(`${last.sessions} parked sessions in ${digits(last.rss_mib, 3)} MiB of resident memory, the program included (goal ${GOAL_MIB}): ${met ? 'met' : 'MISSED'}`);
+say(
+  `${last.sessions} parked sessions in ${digits(last.rss_mib, 3)} MiB of resident memory, the program included (goal ${GOAL_MIB}): ${met ? 'met' : 'MISSED'}`,
+);
 writeCsv(
   'parked',
   `bench/run parked${count === 10000 ? '' : ' --quick'}`,
