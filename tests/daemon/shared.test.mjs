@@ -1,6 +1,7 @@
 // Several daemons over one PostgreSQL: who is killed, frozen, drained or without its database loses nothing that was acknowledged, and
 // no session is run by two.
 import assert from 'node:assert/strict';
+import { readFileSync, readdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { ownPostgres } from '../lib/chaos.mjs';
 import { client, pause, waitFor } from '../lib/client.mjs';
@@ -27,6 +28,10 @@ const join = async (t, wish) => {
   });
   return daemon;
 };
+
+/** Each thread of a stopped process stands: on a busy machine a signal takes a moment, and one may still work until then. */
+const isStopped = (pid) =>
+  readdirSync(`/proc/${pid}/task`).every((thread) => /\) T /.test(readFileSync(`/proc/${pid}/task/${thread}/stat`, 'utf8')));
 
 /** Lags that the log says were set, in order. */
 const lags = async (c, session) =>
@@ -115,6 +120,7 @@ test('an owner that is frozen beyond its lease cannot write when it wakes, and d
   for (let i = 1; i <= 5; i++) if ((await a.c.patch(session, { 'players.0.lag_ms': i })).status === 200) acknowledged.push(i);
   const viewer = await a.c.stream(session);
   process.kill(a.pid, 'SIGSTOP');
+  await waitFor(() => isStopped(a.pid), 'the owner to stand still');
   // One command is on its way to the frozen daemon.
   const late = a.c.patch(session, { 'players.0.lag_ms': 500 }).catch(() => ({ status: 0 }));
   const { took } = await eventually(() => b.c.get(session.links.self));
