@@ -14,8 +14,8 @@
 
 #define LOOK_NS (50 * LL_MS)
 #define KEEP_NS (5 * LL_SECOND) /* a claimed session stays for so long */
-#define EACH_NS (10 * LL_MS) /* between two sessions at the end, so that the others do not get all at once   \
-                              */
+/* Between two sessions at the end, so that the others do not get all at once. */
+#define EACH_NS (10 * LL_MS)
 #define LONGEST_NS (5 * LL_SECOND)
 
 /* ---- one session ---- */

@@ -1,5 +1,5 @@
-/* A client that gives its connection up by its own time-out, and is let in again before the server has dropped it,
- * has sent inputs that others have: it begins again with these. */
+/* A client that gives its connection up by its own time-out, and is let in again before the server has
+ * dropped it, has sent inputs that others have: it begins again with these. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -28,22 +28,24 @@ static void write_case(uint64_t n, char *text, size_t room)
 {
     static const double timeouts[] = {0.6, 0.7, 0.9};
     const int players = 2 + (int)(n % 2), who = (int)(n / 2) % players;
-    int at = snprintf(text, room,
-                      "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":60,\"seed\":%d,\"warmup_s\":0,"
-                      "\"server\":{\"sync\":\"%s\",\"update_hz\":%d,\"timeout_s\":%g},\"peers\":{\"topology\":"
-                      "\"%s\"},\"players\":[",
-                      (int)n, n % 3 ? "deterministic" : "rollback", n % 4 ? 60 : 20, timeouts[n % 3],
-                      n % 5 < 3 ? "relay" : "mesh");
+    int at =
+        snprintf(text, room,
+                 "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":60,\"seed\":%d,\"warmup_s\":0,"
+                 "\"server\":{\"sync\":\"%s\",\"update_hz\":%d,\"timeout_s\":%g},\"peers\":{\"topology\":"
+                 "\"%s\"},\"players\":[",
+                 (int)n, n % 3 ? "deterministic" : "rollback", n % 4 ? 60 : 20, timeouts[n % 3],
+                 n % 5 < 3 ? "relay" : "mesh");
     for (int p = 0; p < players; p++) {
         char cut[96] = "";
         if (p == who)
             snprintf(cut, sizeof cut, "\"blackout_at_ms\":%.3f,\"blackout_length_ms\":%.3f",
                      draw(n, 2, 1500, 3500), draw(n, 3, 300, 1500));
-        at += snprintf(text + at, room - (size_t)at,
-                       "%s{\"lag_ms\":%.3f,\"script\":\"varied\",\"lane\":0,\"input_delay_ticks\":%d,\"link\":{"
-                       "\"up\":{%s},\"down\":{%s}}}",
-                       p ? "," : "", draw(n, 10 + p, 20, 550), (int)draw(n, 20 + p, 0, 17),
-                       n % 7 < 4 ? "" : cut, n % 7 == 4 ? "" : cut);
+        at +=
+            snprintf(text + at, room - (size_t)at,
+                     "%s{\"lag_ms\":%.3f,\"script\":\"varied\",\"lane\":0,\"input_delay_ticks\":%d,\"link\":{"
+                     "\"up\":{%s},\"down\":{%s}}}",
+                     p ? "," : "", draw(n, 10 + p, 20, 550), (int)draw(n, 20 + p, 0, 17),
+                     n % 7 < 4 ? "" : cut, n % 7 == 4 ? "" : cut);
     }
     snprintf(text + at, room - (size_t)at, "]}");
 }
