@@ -207,8 +207,11 @@ void ll_session_record_hash(ll_session *s); /* of the present tick; also emits i
 
 /* ---- values.c ---- */
 
-ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
-                          const char *values); /* values of a log entry; all or nothing */
+/* Changes a configuration as a running session may be changed, all or nothing: by a merge patch, which
+ * reports its values to `change`, and by the values of a log entry. */
+ll_status ll_change_values(const ll_sim_kind *kind, void *config, const struct cJSON *patch,
+                           ll_param_change *change, void *context);
+ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values);
 
 /* ---- engine.c ---- */
 

@@ -283,7 +283,7 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
         status = ll_error(LL_NO_MEMORY, "out of memory: patch");
         goto cleanup;
     }
-    status = ll_param_patch(s->scenario.kind->table, patch, probe, collect, values);
+    status = ll_change_values(s->scenario.kind, probe, patch, collect, values);
     if (ll_failed(&status) || cJSON_GetArraySize(values) == 0)
         goto cleanup;
     text = cJSON_PrintUnformatted(values);

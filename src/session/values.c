@@ -4,19 +4,31 @@
 
 #include "session/internal.h"
 
-ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)
+ll_status ll_change_values(const ll_sim_kind *kind, void *config, const cJSON *patch, ll_param_change *change,
+                           void *context)
 {
     void *before = ll_param_clone(kind->table, config, NULL);
-    cJSON *json = cJSON_Parse(values);
-    ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: change");
-    if (!ll_failed(&status))
-        status =
-            ll_param_patch(kind->table, json, config, NULL, NULL); /* all at once: rules may relate them */
-    if (!ll_failed(&status) && kind->may_change)
+    if (!before)
+        return ll_error(LL_NO_MEMORY, "out of memory: change");
+    ll_status status =
+        ll_param_patch(kind->table, patch, config, change, context); /* all at once: rules may relate them */
+    if (!ll_failed(&status) && kind->may_change) {
         status = kind->may_change(config, before);
+        if (ll_failed(&status))
+            ll_param_copy(kind->table, config, before);
+    }
     if (!ll_failed(&status))
         kind->settle(config, before);
-    cJSON_Delete(json);
     free(before);
+    return status;
+}
+
+ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)
+{
+    cJSON *json = cJSON_Parse(values);
+    if (!json)
+        return ll_error(LL_NO_MEMORY, "out of memory: change");
+    ll_status status = ll_change_values(kind, config, json, NULL, NULL);
+    cJSON_Delete(json);
     return status;
 }

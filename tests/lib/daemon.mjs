@@ -28,7 +28,13 @@ export async function startDaemon(wish = {}) {
   child.stderr.setEncoding('utf8').on('data', (text) => {
     errors = (errors + text).slice(-4000);
   });
-  const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal })));
+  let asked = false;
+  const ended = new Promise((resolve) =>
+    child.on('close', (code, signal) => {
+      if (!asked && signal !== null) process.stderr.write(`the daemon ended by itself, with ${signal}: ${errors}\n`);
+      resolve({ code, signal });
+    }),
+  );
   const line = new Promise((resolve, reject) => {
     let text = '';
     const timer = setTimeout(() => reject(new Error(`the daemon did not print its address: ${text}${errors}`)), START_MS);
@@ -48,6 +54,7 @@ export async function startDaemon(wish = {}) {
   });
   /** @param {NodeJS.Signals} signal */
   const end = async (signal) => {
+    asked = true;
     if (child.exitCode === null && child.signalCode === null) child.kill(signal);
     const timer = setTimeout(() => child.kill('SIGKILL'), STOP_MS);
     const how = await ended;

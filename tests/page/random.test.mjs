@@ -4,7 +4,7 @@ import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, launch, until, visit } from './lib.mjs';
 
-const SEED = 20261124;
+const SEED = Number(process.env.LAGLAB_PAGE_SEED ?? 20261124);
 const ACTIONS = 80;
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
@@ -76,8 +76,10 @@ for (const [i, [name, query, size]] of /** @type {[string, string, any][]} */ ([
     await until(() => page.evaluate(() => document.querySelectorAll('main button, main select').length > 2), 'controls', 15000);
     const next = random(SEED + i),
       done = /** @type {string[]} */ ([]);
-    page.on('response', (answer) => {
-      if (answer.status() >= 400) done.push(`${answer.status()} ${answer.request().method()} ${answer.url()}`);
+    page.on('response', async (answer) => {
+      if (answer.status() < 400) return;
+      const text = await answer.text().catch(() => '');
+      done.push(`${answer.status()} ${answer.request().method()} ${answer.url()} ${text.slice(0, 200)}`);
     });
     page.on('console', (message) => done.push(message.text()));
     for (let n = 0; n < ACTIONS; n++) {
