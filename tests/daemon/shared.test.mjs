@@ -113,6 +113,48 @@ test('a viewer and a request find a session at any daemon, and a code', { skip }
   assert.match(refused.json.detail, /several \(--url\)/);
 });
 
+test('a repeated request is answered once, through any daemon', { skip, timeout: 40000 }, async (t) => {
+  const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30 })]);
+  const body = { scenario: 'race', paused: true };
+  const post = (c, name, given = body) => c.call('POST', '/api/v1/sessions', { body: given, headers: { 'Idempotency-Key': name } });
+  const count = () => Number(postgres('sql', 'SELECT count(*) FROM laglab_sessions.session'));
+  const before = count();
+  const first = await post(a.c, 'one');
+  assert.equal(first.status, 201, first.text);
+  for (const { c } of [b, a, b]) {
+    const again = await post(c, 'one');
+    assert.deepEqual([again.status, again.json, again.headers.location], [201, first.json, first.headers.location]);
+  }
+  assert.equal((await post(b.c, 'one', { ...body, seed: 1 })).status, 422);
+  const dump = postgres('sql', 'SELECT name, body, answer FROM laglab_sessions.answer');
+  assert.ok(dump.length > 200);
+  for (const secret of [first.json.owner_key, first.json.id, ...first.json.player_keys]) assert.ok(!dump.includes(secret), 'it is sealed');
+  // One that failed gives its key back at once.
+  assert.equal((await post(a.c, 'two', { scenario: 'no such' })).status, 400);
+  assert.equal((await post(b.c, 'two')).status, 201);
+  assert.equal(count(), before + 2);
+  // At once at both: one makes it.
+  const burst = await Promise.all(Array.from({ length: 12 }, (_, i) => post([a, b][i % 2].c, 'three')));
+  assert.ok(burst.every(({ status }) => status === 201 || status === 409));
+  assert.equal(new Set(burst.filter(({ status }) => status === 201).map(({ json }) => json.id)).size, 1);
+  assert.equal(count(), before + 3);
+  // A dies at some point of each of these; who repeats gets what it answered, or would have.
+  const names = Array.from({ length: 24 }, (_, i) => `kill ${i}`);
+  const begun = names.map((name) => post(a.c, name).catch(() => null));
+  await Promise.any(begun);
+  await a.kill();
+  const got = await Promise.all(begun);
+  const known = got.filter((one) => one?.status === 201).length;
+  for (const [i, name] of names.entries()) {
+    const { answer } = await eventually(() => post(b.c, name));
+    assert.equal(answer.status, 201, answer.text);
+    if (got[i]?.status === 201) assert.deepEqual(answer.json, got[i].json);
+    assert.equal((await b.c.patch(answer.json, { 'players.0.lag_ms': 5 })).status, 200, 'its key counts');
+  }
+  assert.equal(count(), before + 3 + names.length, 'none was made twice');
+  t.diagnostic(`${known} of ${names.length} were answered before`);
+});
+
 test('an owner that is frozen beyond its lease cannot write when it wakes, and drops its sessions', { skip }, async (t) => {
   const [a, b] = await Promise.all([join(t, { lease: 1.5 }), join(t, { lease: 1.5 })]);
   const session = await a.c.make({ paused: true });

@@ -5558,7 +5558,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description A repeated request with the same key and body, from the same address, gets the first one's answer and creates no session. The daemon keeps the last 1024 until it stops. */
+                /** @description A repeated request with the same key and body, from the same address, gets the first one's answer and creates no session. The daemon keeps the last 1024 until it stops; daemons that share a store keep them there for a day, whichever of them is asked. */
                 "Idempotency-Key"?: string;
             };
             path?: never;

@@ -74,7 +74,8 @@ bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_re
                          const ll_create_request *create, ll_created_session *created);
 /* The same from a body as of POST /sessions. */
 bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                           const struct cJSON *body, bool paused, ll_created_session *created);
+                           const struct cJSON *body, bool paused, const ll_create_answer *answer,
+                           ll_created_session *created);
 struct cJSON *ll_api_describe_created(const ll_created_session *created);
 
 /* A problem document with the API's status: LL_IO is 507, LL_LIMIT 429 with Retry-After. On LL_INTERRUPTED a

@@ -250,7 +250,7 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
     bool given = cJSON_HasObjectItem(body, "session");
     if (given)
         created.session_entry = find_own(api, body, request, response);
-    else if (!ll_api_create_session(api, request, response, body, true, &created))
+    else if (!ll_api_create_session(api, request, response, body, true, NULL, &created))
         created.session_entry = NULL;
     if (!created.session_entry)
         return;

@@ -144,12 +144,14 @@ static char *answer_session(ll_http_response *response, const ll_created_session
 }
 
 bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                           const cJSON *body, bool paused, ll_created_session *created)
+                           const cJSON *body, bool paused, const ll_create_answer *answer,
+                           ll_created_session *created)
 {
     static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
     cJSON *scenario = NULL;
     ll_workload *workload = NULL;
-    ll_create_request create = {.seed = -1, .paused = paused, .peer = request->peer, .task = request->task};
+    ll_create_request create = {
+        .seed = -1, .paused = paused, .answer = answer, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     LL_THEN(status, read_options(body, &create));
     LL_THEN(status, read_scenario(api, body, &scenario));
@@ -167,13 +169,50 @@ bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_
     return made;
 }
 
-static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
+static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                        const ll_create_answer *answer)
 {
     cJSON *body = ll_api_body(request, response);
     ll_created_session created;
-    bool made = body && ll_api_create_session(api, request, response, body, false, &created);
+    bool made = body && ll_api_create_session(api, request, response, body, false, answer, &created);
     cJSON_Delete(body);
     return made ? answer_session(response, &created) : NULL;
+}
+
+static void refuse_repeat(ll_api_repeat repeat, const ll_http_request *request, ll_http_response *response)
+{
+    ll_status busy = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                                    "First request with this Idempotency-Key still in progress."),
+              other = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                                     "Idempotency-Key was used with another body.");
+    if (repeat == LL_REPEAT_BUSY)
+        ll_http_problem(response, request, &busy);
+    else
+        ll_http_problem_as(response, request, 422, &other);
+}
+
+/* With a store that several daemons share. */
+static void create_at_most_once(ll_api *api, const char *key, const ll_http_request *request,
+                                ll_http_response *response)
+{
+    ll_api_claim claim;
+    ll_api_repeat repeat;
+    char *text = NULL;
+    if (ll_http_become_task(request, response))
+        return; /* the store is asked, which may take long */
+    ll_status status = ll_api_idempotency_claim(api->host, request, key, &claim, &repeat, &text);
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+    } else if (repeat == LL_REPEAT_FIRST) {
+        text = create_new(api, request, response, &claim.answer);
+        if (!text)
+            ll_api_idempotency_give_back(api->store, &claim);
+    } else if (repeat == LL_REPEAT_SAME) {
+        answer_created(response, text);
+    } else {
+        refuse_repeat(repeat, request, response);
+    }
+    free(text);
 }
 
 void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
@@ -183,30 +222,24 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
         return;
     const char *key = ll_http_header(request, "Idempotency-Key");
     if (!key || !*key) {
-        free(create_new(api, request, response));
+        free(create_new(api, request, response, NULL));
+        return;
+    }
+    if (ll_store_is_shared(api->store)) {
+        create_at_most_once(api, key, request, response);
         return;
     }
     uint64_t name = 0;
     char *text = NULL;
-    ll_status error;
-    switch (ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body, request->body_size,
-                                     &name, &text)) {
-    case LL_REPEAT_FIRST:
-        text = create_new(api, request, response);
+    ll_api_repeat repeat = ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body,
+                                                    request->body_size, &name, &text);
+    if (repeat == LL_REPEAT_FIRST) {
+        text = create_new(api, request, response, NULL);
         ll_api_idempotency_end(api->idempotency, name, text);
-        break;
-    case LL_REPEAT_SAME:
+    } else if (repeat == LL_REPEAT_SAME) {
         answer_created(response, text ? text : "{}");
-        break;
-    case LL_REPEAT_BUSY:
-        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
-                               "First request with this Idempotency-Key still in progress.");
-        ll_http_problem(response, request, &error);
-        break;
-    case LL_REPEAT_OTHER:
-        error = ll_field_error(LL_CONFLICT, "Idempotency-Key", "Idempotency-Key was used with another body.");
-        ll_http_problem_as(response, request, 422, &error);
-        break;
+    } else {
+        refuse_repeat(repeat, request, response);
     }
     free(text);
 }

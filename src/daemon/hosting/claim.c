@@ -9,7 +9,6 @@
 #include <time.h>
 
 #include "daemon/hosting/session_entry.h"
-#include "daemon/support/log.h"
 
 #define GIVE_UP_NS (2500 * LL_MS) /* then the client is asked to come again */
 #define ASK_NS (100 * LL_MS)      /* between two requests to the owner, and two looks whether it is there */
@@ -88,14 +87,10 @@ static ll_status press_owner(ll_session_entry *session_entry, const ll_claim *cl
     if (claim->owner == 0 || (now < p->next_look && !claim->over))
         return ll_ok();
     p->next_look = now + ASK_NS;
-    if (claim->over || ll_neighbour_refuses(claim->url)) {
-        bool marked;
-        LL_TRY(ll_store_mark_dead(store, claim->owner, !claim->over, &marked));
-        if (marked)
-            ll_log_write("warn", "daemon marked as dead", "Number %lld, %.200s: %s.", (long long)claim->owner,
-                         claim->url, claim->over ? "its lease is over" : "its port refuses connections");
-        return ll_ok();
-    }
+    bool gone;
+    ll_status status = ll_neighbour_judge(store, claim->owner, claim->url, claim->over, &gone);
+    if (ll_failed(&status) || gone)
+        return status;
     p->asked = true;
     return ll_store_ask(store, claim->owner, session_entry->identity.id);
 }

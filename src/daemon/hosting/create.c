@@ -147,6 +147,36 @@ static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry)
     return ll_error(LL_UNAVAILABLE, "No code is free.");
 }
 
+/* What is stored together with the session. Its name has to be of the incarnation that stores the session:
+ * another daemon may have the name by now. */
+static ll_status add_answer(const ll_create_answer *answer, ll_session_entry *session_entry,
+                            ll_created_session *created)
+{
+    if (!answer)
+        return ll_ok();
+    if (answer->key->daemon != session_entry->stored.place.daemon)
+        return ll_error(LL_UNAVAILABLE, "This daemon takes no sessions now; try again.");
+    created->session_entry = session_entry;
+    char *text = answer->text(answer->context, created);
+    created->session_entry = NULL;
+    if (!text)
+        return ll_error(LL_NO_MEMORY, "out of memory: answer");
+    ll_store_batch_answer(&session_entry->stored.collected, answer->key, text);
+    free(text);
+    return ll_ok();
+}
+
+/* No client has the key of a session that was not stored: it is deleted when the store works again. One that
+ * is stored with an answer may be given to the client that repeats its request: it stays, unless it never
+ * will be stored. */
+static void give_up(ll_host *host, const ll_create_request *request, ll_session_entry *session_entry,
+                    uint64_t ticket)
+{
+    if (!request->answer || ll_store_get_outcome(host->store, ticket) == LL_STORE_LOST)
+        ll_host_discard(host, session_entry, &ticket);
+    ll_session_entry_release(session_entry);
+}
+
 /* The engine checks the scenario first: an invalid one never gets into the registry or the store. */
 ll_status ll_host_create_session(ll_host *host, const ll_create_request *request, ll_created_session *created)
 {
@@ -175,16 +205,18 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     session_entry->stored.collecting = true;
     status = make_session(session_entry, request, &scenario, created);
     LL_THEN(status, ll_session_entry_fits(session_entry));
-    LL_THEN(status, register_created(host, session_entry, created));
-    if (!ll_failed(&status))
-        ll_session_entry_save(session_entry);
-    session_entry->deleted = ll_failed(&status);
     if (session_entry->session) {
         ll_session_info info = ll_session_get_info(session_entry->session);
         created->status = info.status;
         created->tick = info.tick;
-        ll_session_entry_update_stats(session_entry);
     }
+    LL_THEN(status, add_answer(request->answer, session_entry, created));
+    LL_THEN(status, register_created(host, session_entry, created));
+    if (!ll_failed(&status))
+        ll_session_entry_save(session_entry);
+    session_entry->deleted = ll_failed(&status);
+    if (session_entry->session)
+        ll_session_entry_update_stats(session_entry);
     uint64_t ticket = session_entry->stored.ticket;
     pthread_mutex_unlock(&session_entry->lock);
     if (ll_failed(&status)) {
@@ -193,9 +225,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     }
     atomic_fetch_add(&host->counts.created, 1);
     status = ll_store_wait(host->store, ticket);
-    if (ll_failed(&status)) { /* no client has its key: delete it when the store works again */
-        ll_host_discard(host, session_entry, &ticket);
-        ll_session_entry_release(session_entry);
+    if (ll_failed(&status)) {
+        give_up(host, request, session_entry, ticket);
         return ll_error(status.code, "Session not stored: %.200s", status.text);
     }
     ll_session_entry_notify(session_entry);

@@ -107,18 +107,31 @@ typedef struct ll_created_session {
     bool full; /* refused: the session limit is reached */
 } ll_created_session;
 
+/* Of a request that may be repeated: what is stored together with the session. `text` is called when the
+ * session is made, and gives the caller of it a malloc'ed text; NULL: no memory. */
+typedef struct ll_create_answer {
+    ll_answer_key *key;
+    char *(*text)(void *context, const ll_created_session *created);
+    void *context;
+} ll_create_answer;
+
 typedef struct ll_create_request {
     const struct cJSON *scenario;       /* either this */
     ll_session_entry *origin;           /* or the session to fork */
     int64_t seed;                       /* < 0: the scenario's */
     const struct ll_workload *workload; /* inputs at the start of its log; NULL: none */
     bool paused;
-    double speed;         /* 0: default (1, or the origin's) */
-    const char *peer;     /* the client's address, for the rate limit */
+    double speed;                   /* 0: default (1, or the origin's) */
+    const ll_create_answer *answer; /* NULL: none */
+    const char *peer;               /* the client's address, for the rate limit */
     struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
 } ll_create_request;
 
-/* Creates a session, which is stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or the
+/* Whether a request of a shared store is the first of its key. LL_ANSWER_BUSY: by a daemon that lives. */
+ll_status ll_host_claim_answer(ll_host *host, ll_answer_key *key, ll_answer_claim *claim);
+
+/* Creates a session, which is stored when this returns. With an answer, one that could not be stored yet may
+ * still be, with its answer. LL_LIMIT (too many), LL_IO (the store fails), or the
  * engine's error. */
 ll_status ll_host_create_session(ll_host *host, const ll_create_request *request,
                                  ll_created_session *created);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "daemon/hosting/session_entry.h"
+#include "daemon/support/log.h"
 
 enum { CONNECT_MS = 500 };
 
@@ -65,4 +66,17 @@ bool ll_neighbour_refuses(const char *url)
         all = refuses(to);
     freeaddrinfo(found);
     return all;
+}
+
+ll_status ll_neighbour_judge(ll_store *store, int64_t daemon, const char *url, bool over, bool *gone)
+{
+    bool marked;
+    *gone = over || ll_neighbour_refuses(url);
+    if (!*gone)
+        return ll_ok();
+    LL_TRY(ll_store_mark_dead(store, daemon, !over, &marked));
+    if (marked)
+        ll_log_write("warn", "daemon marked as dead", "Number %lld, %.200s: %s.", (long long)daemon, url,
+                     over ? "its lease is over" : "its port refuses connections");
+    return ll_ok();
 }

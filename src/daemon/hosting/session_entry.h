@@ -345,6 +345,9 @@ void ll_keeper_free(ll_host *host);
 /* Whether nothing listens at http://HOST:PORT: the machine answers, and refuses the connection. */
 bool ll_neighbour_refuses(const char *url);
 bool ll_neighbour_is_url(const char *url);
+/* Of a daemon that has what is wanted. *gone: its lease is over or its port refuses connections, and it was
+ * marked as dead. */
+ll_status ll_neighbour_judge(ll_store *store, int64_t daemon, const char *url, bool over, bool *gone);
 
 /* ---- replay.c ---- */
 

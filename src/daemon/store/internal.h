@@ -12,6 +12,8 @@ typedef enum record_type {
     RECORD_LINE,
     RECORD_DELETE,
     RECORD_RELEASE,
+    RECORD_ANSWER,
+    RECORD_FREE_ANSWER,
     RECORD_CLASS,
     RECORD_DELETE_CLASS
 } record_type;
@@ -22,7 +24,7 @@ typedef struct ll_store_record {
     ll_store_place place;
     int64_t index;
     size_t size;
-    char bytes[]; /* an ll_stored, a line, or a class: its id, NUL, its text */
+    char bytes[]; /* an ll_stored, a line, or a class or an answer: its id or name, NUL, its text */
 } record;
 
 /* What only a store that several daemons share does: shared.h. */
@@ -36,6 +38,7 @@ typedef struct ll_shared_kind {
     void (*on_asked)(ll_store *store, void (*asked)(void *context, const char *id), void *context);
     ll_status (*reserve_code)(ll_store *store, int64_t number, const char *code, bool *taken);
     ll_status (*find_code)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+    ll_status (*claim_answer)(ll_store *store, ll_answer_key *key, ll_answer_claim *claim);
     ll_status (*expire)(ll_store *store, double ttl_s, int64_t *deleted);
     ll_status (*replace)(ll_store *store);
     ll_status (*drain)(ll_store *store);

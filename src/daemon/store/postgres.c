@@ -32,6 +32,11 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
+/* Tables that stores of an earlier laglab lack, and that one does not look at. */
+static const char later[] =
+    "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
+    " answer text, made timestamptz NOT NULL DEFAULT now());";
+
 /* ---- opening ---- */
 
 static void set_name(postgres_store *s)
@@ -70,7 +75,7 @@ static ll_status prepare_schema(postgres_store *s)
         good = ll_pg_run(link, schema);
     else if (good && (good = ll_pg_run(link, "SELECT version FROM schema_version")))
         version = PQntuples(link->result) > 0 ? ll_pg_whole(link, 0, 0) : 0;
-    good = good && ll_pg_run(link, "COMMIT");
+    good = good && ll_pg_run(link, later) && ll_pg_run(link, "COMMIT");
     if (!good) {
         ll_status status = ll_pg_failure(s, link, "Creating the tables");
         ll_pg_run(link, "ROLLBACK");
@@ -129,6 +134,7 @@ static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
                                            .on_asked = ll_pg_on_asked,
                                            .reserve_code = ll_pg_reserve_code,
                                            .find_code = ll_pg_find_code,
+                                           .claim_answer = ll_pg_claim_answer,
                                            .expire = ll_pg_expire,
                                            .replace = ll_pg_replace,
                                            .drain = ll_pg_drain};

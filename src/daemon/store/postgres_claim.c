@@ -237,6 +237,7 @@ ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted)
                "UPDATE daemon SET state='dead' WHERE state<>'dead' AND lease_until<now()-interval '60 s'") &&
            ll_pg_run(link, "DELETE FROM daemon WHERE state='dead' AND lease_until<now()-interval '1 day'"
                            " AND NOT EXISTS (SELECT 1 FROM session WHERE owner=inc)") &&
+           ll_pg_run(link, "DELETE FROM answer WHERE made<now()-interval '1 day'") &&
            ll_pg_run(link, "DELETE FROM code WHERE made<now()-interval '1 hour'"
                            " AND NOT EXISTS (SELECT 1 FROM session WHERE no=code.session)");
     return READ(s, good, "Deleting old sessions");

@@ -1,7 +1,7 @@
 /* The writer of the store in PostgreSQL: a batch in one transaction, with the daemon's own row as the fence.
  *
  * Lines and rows of all sessions are one statement, which commits by itself: one round trip. Only a batch
- * that releases or deletes sessions needs more. */
+ * that releases or deletes sessions, or has answers, needs more. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -106,6 +106,9 @@ enum {
     HASH,
     RELEASED,
     DELETED,
+    ANSWERED,
+    ANSWER,
+    NOT_ANSWERED,
     ARRAYS
 };
 
@@ -149,6 +152,13 @@ static void add_record(pg_batch *b, const record *r)
         break;
     case RECORD_DELETE:
         add_whole(&b->of[DELETED], r->place.number);
+        break;
+    case RECORD_ANSWER:
+        add_text(&b->of[ANSWERED], r->bytes, LL_ANSWER_HEX - 1);
+        add_text(&b->of[ANSWER], r->bytes + LL_ANSWER_HEX, r->size - LL_ANSWER_HEX);
+        break;
+    case RECORD_FREE_ANSWER:
+        add_text(&b->of[NOT_ANSWERED], r->bytes, LL_ANSWER_HEX - 1);
         break;
     case RECORD_CLASS:
     case RECORD_DELETE_CLASS:
@@ -224,6 +234,20 @@ static bool end_sessions(postgres_store *s, const pg_batch *b, const pg_self *se
            ll_pg_query(link, "DELETE FROM code WHERE session = ANY($1::bigint[])", "t", gone);
 }
 
+/* A batch may be written again, when its outcome was unknown: an answer is stored once. */
+static bool end_answers(postgres_store *s, const pg_batch *b, const pg_self *self)
+{
+    pg_link *link = &s->writer;
+    return ll_pg_query(link,
+                       "UPDATE answer SET answer=u.a FROM unnest($2::text[],$3::text[]) AS u(n,a)"
+                       " WHERE name=u.n AND owner=$1::bigint AND answer IS NULL",
+                       "itt", self->daemon, b->of[ANSWERED].text, b->of[ANSWER].text) &&
+           ll_pg_query(link,
+                       "DELETE FROM answer WHERE name = ANY($2::text[]) AND owner=$1::bigint AND"
+                       " answer IS NULL",
+                       "it", self->daemon, b->of[NOT_ANSWERED].text);
+}
+
 static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self, bool whole, bool *fenced)
 {
     pg_link *link = &s->writer;
@@ -232,7 +256,7 @@ static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self,
     bool good = ll_pg_run(link, "BEGIN") && write_lines(s, b, self, fenced);
     if (good && *fenced)
         return ll_pg_run(link, "ROLLBACK");
-    return good && end_sessions(s, b, self) && ll_pg_run(link, "COMMIT");
+    return good && end_answers(s, b, self) && end_sessions(s, b, self) && ll_pg_run(link, "COMMIT");
 }
 
 ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon)
@@ -245,7 +269,7 @@ ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon)
         return ll_error(LL_CONFLICT, "This daemon has lost its lease.");
     for (const record *r = batch; r; r = r->next) {
         add_record(&b, r);
-        whole = whole || r->type == RECORD_RELEASE || r->type == RECORD_DELETE;
+        whole = whole || (r->type != RECORD_ROW && r->type != RECORD_LINE);
     }
     if (!end_arrays(&b)) {
         free_arrays(&b);

@@ -82,6 +82,11 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
     return store->kind->shared->find_code(store, code, id);
 }
 
+ll_status ll_store_claim_answer(ll_store *store, ll_answer_key *key, ll_answer_claim *claim)
+{
+    return store->kind->shared->claim_answer(store, key, claim);
+}
+
 ll_status ll_store_expire(ll_store *store, double ttl_s, int64_t *deleted)
 {
     *deleted = 0;

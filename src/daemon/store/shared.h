@@ -103,6 +103,40 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
 /* Deletes sessions without a living owner that were not used for `ttl_s`. */
 ll_status ll_store_expire(ll_store *store, double ttl_s, int64_t *deleted);
 
+/* ---- answers to requests that may be repeated ---- */
+
+/* A request that makes a session may have a key. Its name, which the store keeps, belongs to the incarnation
+ * that works on the request, until the answer is stored in the transaction that makes the session. A dead one
+ * can make no session any more: its names are free to be taken. */
+enum { LL_ANSWER_NAME = 32, LL_ANSWER_HEX = 2 * LL_ANSWER_NAME + 1 };
+
+typedef struct ll_answer_key {
+    char name[LL_ANSWER_HEX], body[LL_ANSWER_HEX]; /* hashes of the key and of the request, hexadecimal */
+    int64_t daemon;                                /* incarnation whose the name is; set by the claim */
+} ll_answer_key;
+
+typedef enum ll_answer_state {
+    LL_ANSWER_FIRST, /* the name is this daemon's: it makes the session, or gives the name back */
+    LL_ANSWER_SAME,  /* the request was answered */
+    LL_ANSWER_OTHER, /* the name stands for another request */
+    LL_ANSWER_BUSY,  /* it is being worked on */
+} ll_answer_state;
+
+typedef struct ll_answer_claim {
+    ll_answer_state state;
+    char *text;    /* of LL_ANSWER_SAME, as it was stored; the caller frees it */
+    int64_t owner; /* of LL_ANSWER_BUSY */
+    bool over;     /* and whether the owner's lease is over */
+    char url[LL_STORE_URL_MAX + 1];
+} ll_answer_claim;
+
+ll_status ll_store_claim_answer(ll_store *store, ll_answer_key *key, ll_answer_claim *claim);
+/* To be stored with the batch's session, which has to be of the incarnation that has the name. `text`:
+ * characters that need no quoting. */
+void ll_store_batch_answer(ll_store_batch *batch, const ll_answer_key *key, const char *text);
+/* Queued: gives the name back, unless its answer is stored. */
+uint64_t ll_store_release_answer(ll_store *store, const ll_answer_key *key);
+
 /* ---- start and end ---- */
 
 /* This daemon listens on its address: earlier incarnations with that address are dead. */

@@ -301,7 +301,7 @@ static record *new_record(record_type type, ll_store_place place, int64_t index,
     record *r = malloc(sizeof *r + size);
     LL_ASSERT(r); /* without this line the log would be incomplete */
     *r = (record){.type = type, .place = place, .index = index, .size = size};
-    if (size)
+    if (bytes)
         memcpy(r->bytes, bytes, size);
     return r;
 }
@@ -363,6 +363,28 @@ void ll_store_batch_line(ll_store_batch *batch, ll_store_place place, int64_t in
 void ll_store_batch_put(ll_store_batch *batch, const ll_stored *stored)
 {
     append(batch, new_record(RECORD_ROW, stored->place, 0, stored, sizeof *stored));
+}
+
+/* Name, NUL, text. */
+static record *new_answer(record_type type, const ll_answer_key *key, const char *text)
+{
+    size_t length = strlen(text);
+    record *r = new_record(type, (ll_store_place){.daemon = key->daemon}, 0, NULL, LL_ANSWER_HEX + length);
+    memcpy(r->bytes, key->name, LL_ANSWER_HEX);
+    memcpy(r->bytes + LL_ANSWER_HEX, text, length);
+    return r;
+}
+
+void ll_store_batch_answer(ll_store_batch *batch, const ll_answer_key *key, const char *text)
+{
+    append(batch, new_answer(RECORD_ANSWER, key, text));
+}
+
+uint64_t ll_store_release_answer(ll_store *store, const ll_answer_key *key)
+{
+    ll_store_batch one = {0};
+    append(&one, new_answer(RECORD_FREE_ANSWER, key, ""));
+    return ll_store_submit(store, &one);
 }
 
 void ll_store_batch_free(ll_store_batch *batch)
