@@ -72,9 +72,9 @@ struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *resp
 /* Creates a session; false: the error was answered. The caller releases it. */
 bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
                          const ll_create_request *create, ll_created_session *created);
-/* The same from a body as of POST /sessions. */
+/* The same from a body as of POST /sessions; `base` has what it leaves open. */
 bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                           const struct cJSON *body, bool paused, const ll_create_answer *answer,
+                           const struct cJSON *body, const ll_create_request *base,
                            ll_created_session *created);
 struct cJSON *ll_api_describe_created(const ll_created_session *created);
 

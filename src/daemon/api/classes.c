@@ -11,23 +11,40 @@
 
 /* ---- the class of a request, and who asks ---- */
 
+/* To the address with the class's id, by which a proxy finds the daemon that has it. */
+static void send_on(const ll_http_request *request, ll_http_response *response, const char *id)
+{
+    char location[160];
+    const char *rest = strstr(request->path, "/classes/") + strlen("/classes/") + LL_CODE_LENGTH;
+    snprintf(location, sizeof location, "/api/v1/classes/%s%.80s", id, rest);
+    ll_status status = ll_error(LL_UNAVAILABLE, "The class is at another daemon, by its id %s.", id);
+    ll_http_problem_as(response, request, 308, &status);
+    ll_http_set_header(response, "Location", location);
+    ll_http_set_header(response, "Cache-Control", "no-store");
+}
+
 ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
+    char elsewhere[LL_ID_LENGTH + 1];
     ll_class_entry *entry = NULL;
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_status status = ll_classes_find(api->classes, request->parameter[0], request->peer, &entry);
+    ll_status status =
+        ll_classes_find(api->classes, request->parameter[0], request->peer, request->task, &entry, elsewhere);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
+    else if (!entry)
+        send_on(request, response, elsewhere);
     return entry;
 }
 
 ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response)
 {
     ll_class *c = ll_class_entry_lock(entry);
-    ll_status ended = ll_error(LL_NOT_FOUND, "The class has ended.");
+    ll_status ended = ll_error(LL_NOT_FOUND, "The class has ended."),
+              moved = ll_error(LL_UNAVAILABLE, "The class is just leaving this daemon; try again.");
     if (!c)
-        ll_api_problem(response, request, &ended);
+        ll_api_problem(response, request, ll_class_entry_has_moved(entry) ? &moved : &ended);
     return c;
 }
 
@@ -113,15 +130,6 @@ static void answer_class(ll_api *api, const ll_http_request *request, ll_http_re
 
 /* ---- the class ---- */
 
-/* Members and board of a class are of one daemon. With --url sessions move between daemons, and a class would
- * lose its board; keys of a class mean nothing to the daemon that has the board then. */
-static ll_status check_alone(const ll_api *api)
-{
-    if (!ll_store_is_shared(api->store) || !ll_host_get_config(api->host)->url[0])
-        return ll_ok();
-    return ll_error(LL_UNAVAILABLE, "This daemon is one of several (--url), which cannot hold classes yet.");
-}
-
 void ll_post_classes(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
@@ -129,14 +137,14 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     ll_class_entry *entry = NULL;
     if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
+    if (ll_store_is_shared(api->store) && ll_http_become_task(request, response))
+        return; /* the store is asked, which may take long */
     cJSON *body = ll_api_optional_body(request, response), *state = NULL;
     if (!body)
         return;
-    ll_status status = check_alone(api);
-    if (!ll_failed(&status))
-        status = ll_host_allows_creation(api->host, request->peer)
-                     ? ll_classes_open(api->classes, request->peer, key, &entry)
-                     : ll_error(LL_LIMIT, "Too many classes and sessions created from this address.");
+    ll_status status = ll_host_allows_creation(api->host, request->peer)
+                           ? ll_classes_open(api->classes, request->peer, key, &entry)
+                           : ll_error(LL_LIMIT, "Too many classes and sessions created from this address.");
     ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
     if (c) {
         status = ll_class_change(c, body);
@@ -243,15 +251,45 @@ static void show(ll_api *api, ll_class_entry *entry, const ll_session_entry *ses
     ll_classes_revoke(api->classes, before);
 }
 
+/* In a shared store the sessions of a class are where the class is, by their ids: one that was made for
+ * itself is shown as a fork. False: the error was answered. */
+static bool fork_own(ll_api *api, const ll_class_entry *entry, const ll_http_request *request,
+                     ll_http_response *response, ll_created_session *created)
+{
+    ll_session_entry *own = created->session_entry;
+    ll_session_glance glance;
+    bool known = ll_session_entry_glance(own, &glance);
+    ll_create_request create = {.origin = own,
+                                .seed = -1,
+                                .paused = !known || glance.status != LL_SESSION_PLAYING,
+                                .group = ll_class_entry_id(entry),
+                                .peer = request->peer,
+                                .task = request->task};
+    bool made = ll_api_make_session(api, request, response, &create, created);
+    ll_session_entry_release(own);
+    if (!made)
+        created->session_entry = NULL;
+    return made;
+}
+
+static bool goes_along(const ll_class_entry *entry, const ll_session_entry *session)
+{
+    return strncmp(ll_class_entry_id(entry), ll_session_entry_id(session), LL_STEM_LENGTH) == 0;
+}
+
 static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, const ll_http_request *request,
                       ll_http_response *response)
 {
     ll_created_session created = {.session_entry = NULL};
     bool given = cJSON_HasObjectItem(body, "session");
+    ll_create_request made_here = {.seed = -1, .paused = true, .group = ll_class_entry_id(entry)};
     if (given)
         created.session_entry = find_own(api, body, request, response);
-    else if (!ll_api_create_session(api, request, response, body, true, NULL, &created))
+    else if (!ll_api_create_session(api, request, response, body, &made_here, &created))
         created.session_entry = NULL;
+    if (given && created.session_entry && ll_store_is_shared(api->store) &&
+        !goes_along(entry, created.session_entry))
+        given = !fork_own(api, entry, request, response, &created);
     if (!created.session_entry)
         return;
     show(api, entry, created.session_entry);

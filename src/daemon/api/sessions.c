@@ -144,14 +144,14 @@ static char *answer_session(ll_http_response *response, const ll_created_session
 }
 
 bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                           const cJSON *body, bool paused, const ll_create_answer *answer,
-                           ll_created_session *created)
+                           const cJSON *body, const ll_create_request *base, ll_created_session *created)
 {
     static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
     cJSON *scenario = NULL;
     ll_workload *workload = NULL;
-    ll_create_request create = {
-        .seed = -1, .paused = paused, .answer = answer, .peer = request->peer, .task = request->task};
+    ll_create_request create = *base;
+    create.peer = request->peer;
+    create.task = request->task;
     ll_status status = ll_api_only(body, names);
     LL_THEN(status, read_options(body, &create));
     LL_THEN(status, read_scenario(api, body, &scenario));
@@ -174,7 +174,8 @@ static char *create_new(ll_api *api, const ll_http_request *request, ll_http_res
 {
     cJSON *body = ll_api_body(request, response);
     ll_created_session created;
-    bool made = body && ll_api_create_session(api, request, response, body, false, answer, &created);
+    ll_create_request base = {.seed = -1, .answer = answer};
+    bool made = body && ll_api_create_session(api, request, response, body, &base, &created);
     cJSON_Delete(body);
     return made ? answer_session(response, &created) : NULL;
 }

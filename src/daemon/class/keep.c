@@ -20,7 +20,7 @@ static int64_t unix_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-static char *text_of(const ll_class_entry *entry)
+char *ll_class_entry_text(const ll_class_entry *entry)
 {
     char client[17];
     snprintf(client, sizeof client, "%016" PRIx64, entry->client);
@@ -39,11 +39,12 @@ void ll_class_entry_store(ll_class_entry *entry, ll_time now)
     bool used = entry->used > entry->stored_at && now - entry->stored_at > USE_NS;
     if (!store || !(entry->touched || c->changed || c->stirred || used))
         return;
-    char *text = text_of(entry);
+    char *text = ll_class_entry_text(entry);
     uint64_t hash = text ? ll_hash(1, text, strlen(text)) : entry->stored;
     if (hash != entry->stored || used) {
         int64_t idle_ms = (now - entry->used) / LL_MS;
-        ll_store_put_class(store, entry->id, unix_ms() - (idle_ms > 0 ? idle_ms : 0), text ? text : "");
+        ll_store_put_class(store, entry->daemon, entry->id, unix_ms() - (idle_ms > 0 ? idle_ms : 0),
+                           text ? text : "");
         entry->stored = hash;
         entry->stored_at = now;
     }
@@ -53,14 +54,13 @@ void ll_class_entry_store(ll_class_entry *entry, ll_time now)
 
 /* ---- reading ---- */
 
-static ll_status make_entry(ll_classes *classes, const char *id, int64_t seen_ms, const cJSON *json,
+static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms, const cJSON *json,
                             ll_class_entry **result)
 {
     ll_class_entry *entry = calloc(1, sizeof *entry);
     const char *code = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "code"));
     const char *client = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "client"));
     ll_time now = ll_host_now();
-    int64_t idle_ms = unix_ms() - seen_ms;
     if (!entry)
         return ll_error(LL_NO_MEMORY, "out of memory: class");
     ll_status status = ll_is_id(id) && code && ll_is_code(code)
@@ -77,6 +77,15 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t seen_ms
     snprintf(entry->id, sizeof entry->id, "%s", id);
     snprintf(entry->code, sizeof entry->code, "%s", code);
     *result = entry;
+    return status;
+}
+
+ll_status ll_class_entry_make(ll_classes *classes, const char *id, int64_t idle_ms, const char *text,
+                              ll_class_entry **entry)
+{
+    cJSON *json = cJSON_Parse(text);
+    ll_status status = make_entry(classes, id, idle_ms, json, entry);
+    cJSON_Delete(json);
     return status;
 }
 
@@ -104,9 +113,7 @@ static void restore(void *context, const char *id, int64_t seen_ms, const char *
         return;
     }
     ll_class_entry *entry = NULL;
-    cJSON *json = cJSON_Parse(text);
-    ll_status status = make_entry(classes, id, seen_ms, json, &entry);
-    cJSON_Delete(json);
+    ll_status status = ll_class_entry_make(classes, id, unix_ms() - seen_ms, text, &entry);
     if (!ll_failed(&status)) {
         pthread_mutex_lock(&classes->lock);
         status = ll_class_entry_list(entry);
@@ -122,7 +129,7 @@ ll_status ll_classes_restore(ll_classes *classes)
     reading r = {.classes = classes};
     ll_status status = ll_store_list_classes(classes->store, restore, &r);
     for (size_t i = 0; i < r.count; i++)
-        ll_store_delete_class(classes->store, r.old[i]);
+        ll_store_delete_class(classes->store, 0, r.old[i]);
     free(r.old);
     return status;
 }

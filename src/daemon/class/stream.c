@@ -230,6 +230,7 @@ ll_ws_hooks ll_classes_hooks(ll_classes *classes)
 {
     return (ll_ws_hooks){.context = classes,
                          .opened = on_opened,
+                         .unknown = ll_classes_expect,
                          .message = on_message,
                          .closed = on_closed,
                          .pong = on_pong,

@@ -10,9 +10,8 @@
 
 #include "daemon/hosting/session_entry.h"
 
-#define GIVE_UP_NS (2500 * LL_MS) /* then the client is asked to come again */
-#define ASK_NS (100 * LL_MS)      /* between two requests to the owner, and two looks whether it is there */
-#define LOOK_NS (10 * LL_MS)      /* between two claims */
+#define ASK_NS (100 * LL_MS) /* between two requests to the owner, and two looks whether it is there */
+#define LOOK_NS (10 * LL_MS) /* between two claims */
 
 /* ---- claiming; the session is locked ---- */
 
@@ -42,11 +41,12 @@ static ll_status adopt(ll_session_entry *session_entry, const ll_claim *claim, l
     return ll_ok();
 }
 
-static ll_status refusal(const ll_claim *claim)
+ll_status ll_claim_refusal(const ll_claim *claim)
 {
     switch (claim->result) {
     case LL_CLAIM_UNKNOWN:
         return ll_error(LL_NOT_FOUND, "Session not found.");
+    case LL_CLAIM_CLASS:
     case LL_CLAIM_ENGINE:
         return ll_error(
             LL_CONFLICT,
@@ -74,44 +74,41 @@ static ll_status wait_for_release(ll_host *host)
     return ll_store_get_outcome(host->store, ticket) == LL_STORE_LOST ? ll_ok() : status;
 }
 
-typedef struct pursuit {
-    ll_time give_up, next_look;
-    bool asked;
-} pursuit;
-
-/* Of a session that another daemon has: it is dead, or it is asked. */
-static ll_status press_owner(ll_session_entry *session_entry, const ll_claim *claim, pursuit *p)
+ll_status ll_pursuit_press(ll_host *host, const char *id, const ll_claim *claim, ll_pursuit *p)
 {
-    ll_store *store = session_entry->host->store;
+    ll_store *store = host->store;
     ll_time now = ll_host_now();
     if (claim->owner == 0 || (now < p->next_look && !claim->over))
         return ll_ok();
     p->next_look = now + ASK_NS;
     bool gone;
     ll_status status = ll_neighbour_judge(store, claim->owner, claim->url, claim->over, &gone);
-    if (ll_failed(&status) || gone)
+    if (ll_failed(&status) || gone || p->quiet)
         return status;
     p->asked = true;
-    return ll_store_ask(store, claim->owner, session_entry->identity.id);
+    return ll_store_ask(store, claim->owner, id);
 }
 
 static ll_status take_over(ll_session_entry *session_entry, ll_task *task)
 {
     ll_host *host = session_entry->host;
     ll_claim claim;
-    pursuit p = {.give_up = ll_host_now() + GIVE_UP_NS};
+    ll_pursuit p = {.give_up = ll_host_now() + LL_PURSUIT_NS};
     LL_TRY(wait_for_release(host));
     for (;;) {
         LL_TRY(ll_store_check_lease(host->store));
+        LL_TRY(ll_host_check_group(host, session_entry->identity.id));
         LL_TRY(ll_store_claim(host->store, session_entry->identity.id, &claim));
         if (claim.result == LL_CLAIM_DONE)
             return adopt(session_entry, &claim,
                          p.asked && claim.why == LL_CLAIM_FREE ? LL_CLAIM_GIVEN : claim.why);
-        if (claim.result != LL_CLAIM_HELD || ll_host_now() > p.give_up)
-            return refusal(&claim);
+        if ((claim.result != LL_CLAIM_HELD && claim.result != LL_CLAIM_CLASS) || ll_host_now() > p.give_up)
+            return ll_claim_refusal(&claim);
         if (ll_task_end_reason(task) != LL_TASK_RUNNING)
             return ll_error(LL_INTERRUPTED, "the session was not claimed yet");
-        LL_TRY(press_owner(session_entry, &claim, &p));
+        LL_TRY(claim.result == LL_CLAIM_CLASS
+                   ? ll_host_obtain_group(host, claim.class_id, task)
+                   : ll_pursuit_press(host, session_entry->identity.id, &claim, &p));
         if (!claim.over)
             rest(LOOK_NS);
     }

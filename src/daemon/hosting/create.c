@@ -194,6 +194,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         ll_session_entry_release(session_entry);
         return ll_error(LL_NO_MEMORY, "out of memory: session");
     }
+    if (request->group)
+        memcpy(session_entry->identity.id, request->group, LL_STEM_LENGTH);
     session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
     status = reserve_names(host, session_entry);
     if (ll_failed(&status)) {

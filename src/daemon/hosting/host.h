@@ -123,6 +123,7 @@ typedef struct ll_create_request {
     bool paused;
     double speed;                   /* 0: default (1, or the origin's) */
     const ll_create_answer *answer; /* NULL: none */
+    const char *group;              /* id whose stem the session gets; NULL: none */
     const char *peer;               /* the client's address, for the rate limit */
     struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
 } ll_create_request;
@@ -183,6 +184,30 @@ int ll_session_entry_role(const ll_session_entry *session_entry, const char *key
  * its teacher and members use it so. Set once, before any request. */
 typedef int ll_host_guest_role(void *context, const char *session, const char *key, size_t length);
 void ll_host_set_guests(ll_host *host, ll_host_guest_role *role, void *context);
+/* What sessions go with, as those of a class do: who has it has them. Set once; must outlive the host's
+ * threads. */
+typedef struct ll_host_group {
+    void *context;
+    ll_status (*obtain)(void *context, const char *id, struct ll_task *task); /* it is here then */
+    bool (*gives)(void *context, const char *session); /* it is just being given away, with this session */
+    bool (*give)(void *context, const char *id);       /* another daemon asks for it; false: it is not here */
+} ll_host_group;
+void ll_host_set_group(ll_host *host, const ll_host_group *group);
+/* Gives the sessions with this stem to other daemons. */
+void ll_host_give_stem(ll_host *host, const char *stem);
+
+/* What another daemon of a shared store has is claimed again and again: its owner is dead, or is asked for it
+ * by its id. */
+#define LL_PURSUIT_NS (2500 * LL_MS) /* then the client is asked to come again */
+#define LL_KEEP_NS (5 * LL_SECOND)   /* what was claimed stays for so long */
+typedef struct ll_pursuit {
+    ll_time give_up, next_look;
+    bool quiet; /* it is not asked */
+    bool asked;
+} ll_pursuit;
+ll_status ll_pursuit_press(ll_host *host, const char *id, const ll_claim *claim, ll_pursuit *p);
+ll_status ll_claim_refusal(const ll_claim *claim); /* of a claim that got nothing */
+
 /* Streams that authenticated by such a key lose that role, and have to authenticate again. */
 void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role);
 

@@ -13,7 +13,6 @@
 #include "daemon/support/log.h"
 
 #define LOOK_NS (50 * LL_MS)
-#define KEEP_NS (5 * LL_SECOND) /* a claimed session stays for so long */
 /* Between two sessions at the end, so that the others do not get all at once. */
 #define EACH_NS (10 * LL_MS)
 #define LONGEST_NS (5 * LL_SECOND)
@@ -95,11 +94,13 @@ static void freeze(ll_host *host, bool frozen)
  * fulfilled. */
 static void fulfil(ll_host *host, const char *id)
 {
+    if (ll_host_give_group(host, id))
+        return;
     ll_session_entry *session_entry = ll_host_find(host, id);
     if (!session_entry)
         ll_host_expect(host, id);
     else if (atomic_load(&session_entry->shared.claimed) &&
-             ll_host_now() - session_entry->claimed_at >= KEEP_NS)
+             ll_host_now() - session_entry->claimed_at >= LL_KEEP_NS)
         give(session_entry); /* it is asked for again if it is busy */
     ll_session_entry_release(session_entry);
 }
@@ -203,6 +204,24 @@ static void rest(ll_time ns)
     nanosleep(&(struct timespec){.tv_sec = ns / LL_SECOND, .tv_nsec = ns % LL_SECOND}, NULL);
 }
 
+static void give_within(ll_session_entry *session_entry, ll_time most)
+{
+    ll_time until = ll_host_now() + most;
+    while (!give(session_entry) && ll_host_now() < until)
+        rest(EACH_NS);
+}
+
+void ll_host_give_stem(ll_host *host, const char *stem)
+{
+    ll_session_entry **all;
+    int64_t count = ll_host_all(host, &all);
+    for (int64_t i = 0; i < count; i++) {
+        if (strncmp(all[i]->identity.id, stem, LL_STEM_LENGTH) == 0 && atomic_load(&all[i]->shared.claimed))
+            give_within(all[i], LL_SECOND);
+    }
+    free_all(all, count);
+}
+
 void ll_host_hand_over(ll_host *host, double pause_s)
 {
     ll_session_entry **all;
@@ -212,9 +231,7 @@ void ll_host_hand_over(ll_host *host, double pause_s)
     if (count > 0)
         rest((ll_time)(pause_s * 1e9)); /* proxies see /readyz meanwhile */
     for (int64_t i = 0; i < count; i++) {
-        ll_time until = ll_host_now() + LL_SECOND;
-        while (!give(all[i]) && ll_host_now() < until)
-            rest(EACH_NS);
+        give_within(all[i], LL_SECOND);
         rest(each);
     }
     free_all(all, count);

@@ -237,6 +237,7 @@ struct ll_host {
     ll_rate_limits *creations, *lookups;
     ll_host_guest_role *guest_role;
     void *guest_context;
+    _Atomic(const ll_host_group *) group;
 
     pthread_t reaper;
     bool reaper_started;
@@ -330,6 +331,13 @@ bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *
 /* The daemon gets a viewer of a session that is not here: registers it, so that it has a stream, and starts
  * the task that claims it. False: no session can have this id, or the store is not shared. */
 bool ll_host_expect(ll_host *host, const char *id);
+
+/* ---- group.c ---- */
+
+ll_status ll_host_obtain_group(ll_host *host, const char *id, ll_task *task);
+/* LL_UNAVAILABLE while what this session goes with is being given away. */
+ll_status ll_host_check_group(ll_host *host, const char *session);
+bool ll_host_give_group(ll_host *host, const char *id); /* false: it is not here */
 
 /* ---- keeper.c ---- */
 

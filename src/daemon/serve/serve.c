@@ -151,10 +151,9 @@ static ll_status start(daemon_parts *d)
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
     LL_THEN(status, ll_store_replace(d->store)); /* it listens: who had this address before has ended */
-    /* A shared store keeps no classes. */
     if (!ll_failed(&status))
-        status = ll_classes_start(&d->classes_config, d->host, ll_store_is_shared(d->store) ? NULL : d->store,
-                                  d->tasks, ll_web_server_ws(d->web_server), &d->api.classes);
+        status = ll_classes_start(&d->classes_config, d->host, d->store, d->tasks,
+                                  ll_web_server_ws(d->web_server), &d->api.classes);
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;
@@ -198,8 +197,10 @@ static void wait_for_end(daemon_parts *d)
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
-    if (ll_store_is_shared(d->store))
+    if (ll_store_is_shared(d->store)) {
         ll_host_hand_over(d->host, NOTICE_S);
+        ll_classes_hand_over(d->api.classes);
+    }
     if (pthread_create(&impatient, NULL, end_in_time, d) == 0)
         pthread_detach(impatient);
 }

@@ -15,7 +15,8 @@ typedef enum record_type {
     RECORD_ANSWER,
     RECORD_FREE_ANSWER,
     RECORD_CLASS,
-    RECORD_DELETE_CLASS
+    RECORD_DELETE_CLASS,
+    RECORD_RELEASE_CLASS
 } record_type;
 
 typedef struct ll_store_record {
@@ -38,6 +39,9 @@ typedef struct ll_shared_kind {
     void (*on_asked)(ll_store *store, void (*asked)(void *context, const char *id), void *context);
     ll_status (*reserve_code)(ll_store *store, int64_t number, const char *code, bool *taken);
     ll_status (*find_code)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+    ll_status (*open_class)(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened);
+    ll_status (*claim_class)(ll_store *store, const char *id, ll_claim *claim);
+    ll_status (*find_class)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
     ll_status (*claim_answer)(ll_store *store, ll_answer_key *key, ll_answer_claim *claim);
     ll_status (*expire)(ll_store *store, double ttl_s, int64_t *deleted);
     ll_status (*replace)(ll_store *store);

@@ -35,7 +35,10 @@ static const char schema[] =
 /* Tables that stores of an earlier laglab lack, and that one does not look at. */
 static const char later[] =
     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
-    " answer text, made timestamptz NOT NULL DEFAULT now());";
+    " answer text, made timestamptz NOT NULL DEFAULT now());"
+    "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
+    " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
+    " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);";
 
 /* ---- opening ---- */
 
@@ -134,6 +137,9 @@ static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
                                            .on_asked = ll_pg_on_asked,
                                            .reserve_code = ll_pg_reserve_code,
                                            .find_code = ll_pg_find_code,
+                                           .open_class = ll_pg_open_class,
+                                           .claim_class = ll_pg_claim_class,
+                                           .find_class = ll_pg_find_class,
                                            .claim_answer = ll_pg_claim_answer,
                                            .expire = ll_pg_expire,
                                            .replace = ll_pg_replace,

@@ -1,6 +1,7 @@
 /* Shared by the files of the store in PostgreSQL, lower ones first: postgres_link.c (connections),
- * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_answer.c (repeated requests),
- * postgres_lease.c (the lease thread), postgres.c (tables, opening). Not for other rooms. */
+ * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_class.c (classes), postgres_answer.c
+ * (repeated requests), postgres_lease.c (the lease thread), postgres.c (tables, opening). Not for other
+ * rooms. */
 #pragma once
 
 #include <libpq-fe.h>
@@ -80,6 +81,12 @@ ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGT
 ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted);
 ll_status ll_pg_replace(ll_store *store);
 ll_status ll_pg_drain(ll_store *store);
+
+/* ---- postgres_class.c ---- */
+
+ll_status ll_pg_open_class(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened);
+ll_status ll_pg_claim_class(ll_store *store, const char *id, ll_claim *claim);
+ll_status ll_pg_find_class(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 
 /* ---- postgres_answer.c ---- */
 

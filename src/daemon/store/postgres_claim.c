@@ -43,6 +43,7 @@ static const char claim_sql[] =
     " FOR SHARE), old AS (SELECT owner FROM session WHERE id=$3)"
     " UPDATE session SET owner=$1::bigint FROM me WHERE id=$3 AND engine=$4 AND (owner IS NULL OR"
     " owner=$1::bigint OR owner IN (SELECT inc FROM daemon WHERE state='dead'))"
+    " AND NOT EXISTS (SELECT 1 FROM class WHERE stem=left($3,10) AND owner IS DISTINCT FROM $1::bigint)"
     " RETURNING no, code, created_ms, (extract(epoch FROM now()-seen)*1000)::bigint, encode(keys,'hex'),"
     " playing, speed, tick, head_tick, hash_tick, hash_lines, hash, (SELECT owner FROM old)";
 
@@ -87,7 +88,9 @@ static bool explain(postgres_store *s, const char *id, const pg_self *self, ll_c
     pg_link *link = &s->reader;
     if (!ll_pg_query(link,
                      "SELECT s.engine, s.owner, d.url, d.lease_until<now(),"
-                     " (SELECT state='up' FROM daemon WHERE inc=$2::bigint AND token=$3::uuid)"
+                     " (SELECT state='up' FROM daemon WHERE inc=$2::bigint AND token=$3::uuid),"
+                     " (SELECT c.id FROM class c WHERE c.stem=left($1,10)"
+                     " AND c.owner IS DISTINCT FROM $2::bigint)"
                      " FROM session s LEFT JOIN daemon d ON d.inc=s.owner WHERE s.id=$1",
                      "tit", id, self->daemon, self->token))
         return false;
@@ -99,8 +102,10 @@ static bool explain(postgres_store *s, const char *id, const pg_self *self, ll_c
     snprintf(claim->url, sizeof claim->url, "%s", ll_pg_text(link, 0, 2));
     claim->owner = ll_pg_null(link, 0, 1) ? 0 : ll_pg_whole(link, 0, 1);
     claim->over = ll_pg_true(link, 0, 3);
+    snprintf(claim->class_id, sizeof claim->class_id, "%s", ll_pg_text(link, 0, 5));
     claim->result = strcmp(claim->engine, s->engine) != 0 ? LL_CLAIM_ENGINE
                     : !ll_pg_true(link, 0, 4)             ? LL_CLAIM_REFUSED
+                    : !ll_pg_null(link, 0, 5)             ? LL_CLAIM_CLASS
                                                           : LL_CLAIM_HELD;
     return true;
 }
@@ -236,7 +241,12 @@ ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted)
                link,
                "UPDATE daemon SET state='dead' WHERE state<>'dead' AND lease_until<now()-interval '60 s'") &&
            ll_pg_run(link, "DELETE FROM daemon WHERE state='dead' AND lease_until<now()-interval '1 day'"
-                           " AND NOT EXISTS (SELECT 1 FROM session WHERE owner=inc)") &&
+                           " AND NOT EXISTS (SELECT 1 FROM session WHERE owner=inc)"
+                           " AND NOT EXISTS (SELECT 1 FROM class WHERE owner=inc)") &&
+           ll_pg_query(link,
+                       "DELETE FROM class WHERE seen<now()-$1*interval '1 second' AND"
+                       " (owner IS NULL OR owner IN (SELECT inc FROM daemon WHERE state='dead'))",
+                       "r", ttl_s) &&
            ll_pg_run(link, "DELETE FROM answer WHERE made<now()-interval '1 day'") &&
            ll_pg_run(link, "DELETE FROM code WHERE made<now()-interval '1 hour'"
                            " AND NOT EXISTS (SELECT 1 FROM session WHERE no=code.session)");

@@ -1,7 +1,7 @@
 /* The writer of the store in PostgreSQL: a batch in one transaction, with the daemon's own row as the fence.
  *
  * Lines and rows of all sessions are one statement, which commits by itself: one round trip. Only a batch
- * that releases or deletes sessions, or has answers, needs more. */
+ * that releases or deletes sessions, or has answers or classes, needs more. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -109,6 +109,10 @@ enum {
     ANSWERED,
     ANSWER,
     NOT_ANSWERED,
+    CLASS,
+    CLASS_TEXT,
+    CLASS_RELEASED,
+    CLASS_DELETED,
     ARRAYS
 };
 
@@ -161,8 +165,15 @@ static void add_record(pg_batch *b, const record *r)
         add_text(&b->of[NOT_ANSWERED], r->bytes, LL_ANSWER_HEX - 1);
         break;
     case RECORD_CLASS:
+        add_text(&b->of[CLASS], r->bytes, LL_ID_LENGTH);
+        add_text(&b->of[CLASS_TEXT], r->bytes + LL_ID_LENGTH + 1, r->size - LL_ID_LENGTH - 1);
+        break;
+    case RECORD_RELEASE_CLASS:
+        add_text(&b->of[CLASS_RELEASED], r->bytes, LL_ID_LENGTH);
+        break;
     case RECORD_DELETE_CLASS:
-        break; /* they belong to no incarnation: never accepted */
+        add_text(&b->of[CLASS_DELETED], r->bytes, LL_ID_LENGTH);
+        break;
     }
 }
 
@@ -248,6 +259,21 @@ static bool end_answers(postgres_store *s, const pg_batch *b, const pg_self *sel
                        "it", self->daemon, b->of[NOT_ANSWERED].text);
 }
 
+/* A class that is released or deleted is not written any more by this daemon. */
+static bool write_classes(postgres_store *s, const pg_batch *b, const pg_self *self)
+{
+    pg_link *link = &s->writer;
+    return ll_pg_query(link,
+                       "UPDATE class SET body=u.b, seen=now() FROM (SELECT DISTINCT ON (i) i, b FROM"
+                       " unnest($2::text[],$3::text[]) WITH ORDINALITY AS w(i,b,n) ORDER BY i, n DESC) AS u"
+                       " WHERE class.id=u.i AND owner=$1::bigint",
+                       "itt", self->daemon, b->of[CLASS].text, b->of[CLASS_TEXT].text) &&
+           ll_pg_query(link, "UPDATE class SET owner=NULL WHERE owner=$1::bigint AND id = ANY($2::text[])",
+                       "it", self->daemon, b->of[CLASS_RELEASED].text) &&
+           ll_pg_query(link, "DELETE FROM class WHERE owner=$1::bigint AND id = ANY($2::text[])", "it",
+                       self->daemon, b->of[CLASS_DELETED].text);
+}
+
 static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self, bool whole, bool *fenced)
 {
     pg_link *link = &s->writer;
@@ -256,7 +282,8 @@ static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self,
     bool good = ll_pg_run(link, "BEGIN") && write_lines(s, b, self, fenced);
     if (good && *fenced)
         return ll_pg_run(link, "ROLLBACK");
-    return good && end_answers(s, b, self) && end_sessions(s, b, self) && ll_pg_run(link, "COMMIT");
+    return good && end_answers(s, b, self) && write_classes(s, b, self) && end_sessions(s, b, self) &&
+           ll_pg_run(link, "COMMIT");
 }
 
 ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon)

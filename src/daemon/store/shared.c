@@ -82,6 +82,21 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
     return store->kind->shared->find_code(store, code, id);
 }
 
+ll_status ll_store_open_class(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened)
+{
+    return store->kind->shared->open_class(store, wanted, opened);
+}
+
+ll_status ll_store_claim_class(ll_store *store, const char *id, ll_claim *claim)
+{
+    return store->kind->shared->claim_class(store, id, claim);
+}
+
+ll_status ll_store_find_class(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1])
+{
+    return store->kind->shared->find_class(store, code, id);
+}
+
 ll_status ll_store_claim_answer(ll_store *store, ll_answer_key *key, ll_answer_claim *claim)
 {
     return store->kind->shared->claim_answer(store, key, claim);

@@ -56,6 +56,7 @@ typedef enum ll_claim_result {
     LL_CLAIM_UNKNOWN, /* there is no such session */
     LL_CLAIM_HELD,    /* another daemon has it, or claimed it just now */
     LL_CLAIM_ENGINE,  /* it is of another engine */
+    LL_CLAIM_CLASS,   /* it was made for a class, which this daemon has to have first */
     LL_CLAIM_REFUSED, /* this daemon drains or has lost its lease */
 } ll_claim_result;
 
@@ -70,10 +71,14 @@ extern const char *const ll_claim_whys[LL_CLAIM_WHYS];
 
 typedef struct ll_claim {
     ll_claim_result result;
-    ll_claim_why why; /* of LL_CLAIM_DONE: not GIVEN, which the caller knows */
-    ll_stored row;    /* of LL_CLAIM_DONE */
-    int64_t owner;    /* of LL_CLAIM_HELD; 0: it has none any more */
-    bool over;        /* and whether the owner's lease is over */
+    ll_claim_why why;                /* of LL_CLAIM_DONE: not GIVEN, which the caller knows */
+    ll_stored row;                   /* of LL_CLAIM_DONE, of a session */
+    int64_t daemon;                  /* of LL_CLAIM_DONE, of a class: the incarnation that has it now */
+    int64_t idle_ms;                 /* and the time since it was used */
+    char *text;                      /* and what was stored of it; the caller frees it */
+    char class_id[LL_ID_LENGTH + 1]; /* of LL_CLAIM_CLASS */
+    int64_t owner;                   /* of LL_CLAIM_HELD; 0: it has none any more */
+    bool over;                       /* and whether the owner's lease is over */
     char url[LL_STORE_URL_MAX + 1];
     char engine[LL_STORE_ENGINE_MAX + 1]; /* of LL_CLAIM_ENGINE */
 } ll_claim;
@@ -102,6 +107,27 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
 
 /* Deletes sessions without a living owner that were not used for `ttl_s`. */
 ll_status ll_store_expire(ll_store *store, double ttl_s, int64_t *deleted);
+
+/* ---- classes ---- */
+
+/* A class is claimed and released as a session is. Sessions that were made for it have the stem of its id
+ * (LL_STEM_LENGTH): while it is there, only the daemon that has the class can claim them. */
+
+typedef struct ll_new_class {
+    const char *id, *code, *text;
+    const char *client; /* who opens it, for the quota */
+    int64_t most, most_client;
+} ll_new_class;
+
+typedef struct ll_opened_class {
+    bool taken, full, client_full; /* by its names; by the quotas, which hold for all daemons together */
+    int64_t daemon;                /* the incarnation that has it */
+} ll_opened_class;
+
+ll_status ll_store_open_class(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened);
+ll_status ll_store_claim_class(ll_store *store, const char *id, ll_claim *claim);
+ll_status ll_store_find_class(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+uint64_t ll_store_release_class(ll_store *store, int64_t daemon, const char *id); /* as ll_store_release */
 
 /* ---- answers to requests that may be repeated ---- */
 

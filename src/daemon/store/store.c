@@ -413,7 +413,8 @@ uint64_t ll_store_release(ll_store *store, ll_store_place place)
     return enqueue(store, RECORD_RELEASE, place, 0, NULL, 0);
 }
 
-uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text)
+uint64_t ll_store_put_class(ll_store *store, int64_t daemon, const char *id, int64_t seen_ms,
+                            const char *text)
 {
     size_t length = strlen(text);
     char *bytes = store ? malloc(LL_ID_LENGTH + 1 + length) : NULL;
@@ -421,15 +422,20 @@ uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, co
         return 0;
     snprintf(bytes, LL_ID_LENGTH + 1, "%s", id);
     memcpy(bytes + LL_ID_LENGTH + 1, text, length);
-    uint64_t ticket =
-        enqueue(store, RECORD_CLASS, (ll_store_place){0}, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
+    uint64_t ticket = enqueue(store, RECORD_CLASS, (ll_store_place){.daemon = daemon}, seen_ms, bytes,
+                              LL_ID_LENGTH + 1 + length);
     free(bytes);
     return ticket;
 }
 
-uint64_t ll_store_delete_class(ll_store *store, const char *id)
+uint64_t ll_store_delete_class(ll_store *store, int64_t daemon, const char *id)
 {
-    return enqueue(store, RECORD_DELETE_CLASS, (ll_store_place){0}, 0, id, LL_ID_LENGTH + 1);
+    return enqueue(store, RECORD_DELETE_CLASS, (ll_store_place){.daemon = daemon}, 0, id, LL_ID_LENGTH + 1);
+}
+
+uint64_t ll_store_release_class(ll_store *store, int64_t daemon, const char *id)
+{
+    return enqueue(store, RECORD_RELEASE_CLASS, (ll_store_place){.daemon = daemon}, 0, id, LL_ID_LENGTH + 1);
 }
 
 /* ---- what became of it ---- */

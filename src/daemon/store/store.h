@@ -71,7 +71,8 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
 /* The lines of a session's log separated by newlines; caller frees `*text`. */
 ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length);
 
-/* All stored classes: what ll_store_put_class was given. Call before anything is queued. */
+/* All stored classes: what ll_store_put_class was given; none of a shared store, as of sessions. Call before
+ * anything is queued. */
 ll_status ll_store_list_classes(ll_store *store,
                                 void (*each)(void *context, const char *id, int64_t seen_ms,
                                              const char *text),
@@ -89,9 +90,11 @@ uint64_t ll_store_put(ll_store *store,
                       const ll_stored *stored); /* a new row, or a new clock of a stored one */
 uint64_t ll_store_line(ll_store *store, ll_store_place place, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, ll_store_place place);
-/* A class, in place of what was stored of it. `id`: LL_ID_LENGTH characters; `seen_ms`: Unix time. */
-uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
-uint64_t ll_store_delete_class(ll_store *store, const char *id);
+/* A class, in place of what was stored of it. `daemon`: as of a place; `id`: LL_ID_LENGTH characters;
+ * `seen_ms`: Unix time, which a shared store takes from its own clock. */
+uint64_t ll_store_put_class(ll_store *store, int64_t daemon, const char *id, int64_t seen_ms,
+                            const char *text);
+uint64_t ll_store_delete_class(ll_store *store, int64_t daemon, const char *id);
 
 /* Records that are stored together or not at all: a new session's first lines and its row. {0}: empty. */
 typedef struct ll_store_batch {

@@ -7,9 +7,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define LL_ID_LENGTH 26  /* 130 bits */
-#define LL_KEY_LENGTH 32 /* 160 bits */
-#define LL_CODE_LENGTH 4 /* short enough to say aloud; short-lived and rate-limited, never a secret */
+#define LL_ID_LENGTH 26   /* 130 bits */
+#define LL_STEM_LENGTH 10 /* of an id: sessions that were made for a class begin as its id does */
+#define LL_KEY_LENGTH 32  /* 160 bits */
+#define LL_CODE_LENGTH 4  /* short enough to say aloud; short-lived and rate-limited, never a secret */
 #define LL_KEY_SALT 16
 #define LL_KEY_RECORD (LL_KEY_SALT + 32)
 
