@@ -144,6 +144,23 @@ test('quotas of classes hold for all daemons together', { skip }, async (t) => {
   assert.deepEqual(answers.map(({ status }) => status).sort(), [201, 201, 201, 429, 429, 429, 429, 429]);
 });
 
+test('a class has at most so many sessions, whichever daemon makes them', { skip }, async (t) => {
+  const args = ['--max-class-sessions', '4'];
+  const [a, b] = await Promise.all([join(t, { lease: 30, args }), join(t, { lease: 30, args })]);
+  const room = await open(a); /* a board and a copy */
+  await must(a.c.call('POST', `${room.at}/members`, { body: { role: 'copy' } }), 201);
+  const { answer } = await eventually(() => b.c.get(room.at));
+  assert.equal(answer.status, 200, answer.text);
+  const copies = await Promise.all(
+    Array.from({ length: 5 }, () => eventually(() => b.c.call('POST', `${room.at}/members`, { body: { role: 'copy' } }))),
+  );
+  assert.deepEqual(copies.map((one) => one.answer.status).sort(), [201, 429, 429, 429, 429]);
+  assert.match(copies.find((one) => one.answer.status === 429)?.answer.text ?? '', /at most 4 of one class/);
+  // One that is deleted makes room.
+  assert.equal((await b.c.call('DELETE', `/api/v1/sessions/${room.copier.copy}`, { key: room.copier.copy_key })).status, 204);
+  await must(b.c.call('POST', `${room.at}/members`, { body: { role: 'copy' } }), 201);
+});
+
 test('a session that was made for itself is shown as a fork that goes along', { skip }, async (t) => {
   const a = await join(t, { lease: 30 });
   const own = await a.c.make({ paused: true }),

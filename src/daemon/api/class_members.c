@@ -58,6 +58,7 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
                                 .seed = -1,
                                 .paused = !plays,
                                 .group = ll_class_entry_id(entry),
+                                .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
                                 .peer = request->peer,
                                 .task = request->task};
     bool made = ll_api_make_session(api, request, response, &create, created);

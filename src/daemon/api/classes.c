@@ -263,6 +263,7 @@ static bool fork_own(ll_api *api, const ll_class_entry *entry, const ll_http_req
                                 .seed = -1,
                                 .paused = !known || glance.status != LL_SESSION_PLAYING,
                                 .group = ll_class_entry_id(entry),
+                                .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
                                 .peer = request->peer,
                                 .task = request->task};
     bool made = ll_api_make_session(api, request, response, &create, created);
@@ -282,7 +283,10 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
 {
     ll_created_session created = {.session_entry = NULL};
     bool given = cJSON_HasObjectItem(body, "session");
-    ll_create_request made_here = {.seed = -1, .paused = true, .group = ll_class_entry_id(entry)};
+    ll_create_request made_here = {.seed = -1,
+                                   .paused = true,
+                                   .group = ll_class_entry_id(entry),
+                                   .group_most = ll_classes_get_config(api->classes)->max_class_sessions};
     if (given)
         created.session_entry = find_own(api, body, request, response);
     else if (!ll_api_create_session(api, request, response, body, &made_here, &created))

@@ -18,6 +18,8 @@ static const ll_param rows[] = {
      .help = "Classes that one address has open at once."},
     {ROW(max_class_members, LL_PARAM_INT), .min = 1, .max = 1000, .default_value = 64,
      .help = "Members of a class; those without a connection for a minute make room for new ones."},
+    {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 200,
+     .help = "Sessions that were made for one class, boards and copies; of all daemons of a shared store."},
     {ROW(class_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
      .help = "A class ends after this time without connections and requests."},
 };
@@ -233,6 +235,11 @@ void ll_class_entry_end(ll_class_entry *entry, const char *reason)
         entry->ended = reason;
     ll_classes_close_ended(classes);
     pthread_mutex_unlock(&classes->lock);
+}
+
+const ll_classes_config *ll_classes_get_config(const ll_classes *classes)
+{
+    return &classes->config;
 }
 
 int64_t ll_classes_count(ll_classes *classes)

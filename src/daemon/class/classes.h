@@ -24,7 +24,7 @@ struct ll_tasks;
 
 /* Every setting is a row of ll_classes_table. */
 typedef struct ll_classes_config {
-    int64_t max_classes, max_client_classes, max_class_members;
+    int64_t max_classes, max_client_classes, max_class_members, max_class_sessions;
     double class_ttl_s; /* time without a connection or a request */
 } ll_classes_config;
 
@@ -42,6 +42,7 @@ void ll_classes_free(ll_classes *classes); /* after tasks, handlers and hooks ha
 /* Gives all classes with their sessions to other daemons; at the end. */
 void ll_classes_hand_over(ll_classes *classes);
 
+const ll_classes_config *ll_classes_get_config(const ll_classes *classes);
 int64_t ll_classes_count(ll_classes *classes);
 
 /* A new class with its teacher's key, which is not kept. LL_LIMIT: too many. */

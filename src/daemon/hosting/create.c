@@ -129,18 +129,39 @@ static ll_status register_created(ll_host *host, ll_session_entry *session_entry
 
 /* What it is called in the store. In a shared one its code is reserved before anything is stored, since other
  * daemons choose codes at the same time. */
-static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry)
+static ll_status full_group(const ll_create_request *request)
+{
+    return ll_error(LL_LIMIT, "sessions: must be at most %lld of one class (--max-class-sessions)",
+                    (long long)request->group_most);
+}
+
+static ll_status reserve_code(ll_host *host, ll_session_entry *session_entry,
+                              const ll_create_request *request, bool *taken)
+{
+    ll_stem_quota quota = {.most = request->group_most};
+    if (request->group)
+        memcpy(quota.stem, request->group, LL_STEM_LENGTH);
+    ll_status status =
+        ll_store_reserve_code(host->store, session_entry->stored.place.number, session_entry->identity.code,
+                              request->group ? &quota : NULL, taken);
+    return !ll_failed(&status) && quota.full ? full_group(request) : status;
+}
+
+static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry,
+                               const ll_create_request *request)
 {
     LL_TRY(ll_store_new_place(host->store, &session_entry->stored.place));
     atomic_store(&session_entry->shared.claimed, true);
     if (!ll_store_is_shared(host->store))
-        return ll_ok();
+        return request->group && ll_host_count_stem(host, request->group) >= request->group_most
+                   ? full_group(request)
+                   : ll_ok();
     for (int attempt = 0; attempt < 100; attempt++) {
         char *code = session_entry->identity.code;
         bool taken = true;
         if (!ll_new_code(code))
             return ll_error(LL_NO_MEMORY, "Random numbers for a code not available.");
-        LL_TRY(ll_store_reserve_code(host->store, session_entry->stored.place.number, code, &taken));
+        LL_TRY(reserve_code(host, session_entry, request, &taken));
         if (!taken)
             return ll_ok();
     }
@@ -197,7 +218,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     if (request->group)
         memcpy(session_entry->identity.id, request->group, LL_STEM_LENGTH);
     session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
-    status = reserve_names(host, session_entry);
+    status = reserve_names(host, session_entry, request);
     if (ll_failed(&status)) {
         ll_scenario_free(&scenario);
         ll_session_entry_release(session_entry);
@@ -222,6 +243,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     uint64_t ticket = session_entry->stored.ticket;
     pthread_mutex_unlock(&session_entry->lock);
     if (ll_failed(&status)) {
+        if (request->group && ll_store_is_shared(host->store))
+            ll_store_delete(host->store, session_entry->stored.place); /* its code counts */
         ll_session_entry_release(session_entry);
         return status;
     }

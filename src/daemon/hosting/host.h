@@ -124,6 +124,7 @@ typedef struct ll_create_request {
     double speed;                   /* 0: default (1, or the origin's) */
     const ll_create_answer *answer; /* NULL: none */
     const char *group;              /* id whose stem the session gets; NULL: none */
+    int64_t group_most;             /* sessions with that stem, of all daemons together */
     const char *peer;               /* the client's address, for the rate limit */
     struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
 } ll_create_request;

@@ -163,3 +163,15 @@ void ll_host_unregister(ll_host *host, ll_session_entry *session_entry)
     if (found)
         ll_session_entry_release(session_entry);
 }
+
+int64_t ll_host_count_stem(ll_host *host, const char *stem)
+{
+    int64_t count = 0;
+    pthread_mutex_lock(&host->registry.lock);
+    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+        for (const ll_session_entry *entry = host->registry.by_id[i]; entry; entry = entry->next_by_id)
+            count += strncmp(entry->identity.id, stem, LL_STEM_LENGTH) == 0;
+    }
+    pthread_mutex_unlock(&host->registry.lock);
+    return count;
+}

@@ -315,6 +315,7 @@ void ll_host_name(ll_host *host, ll_session_entry *session_entry, const char *co
 /* All sessions of the host, each with a reference; caller frees `*entries`. */
 int64_t ll_host_all(ll_host *host, ll_session_entry ***entries);
 void ll_host_unregister(ll_host *host, ll_session_entry *session_entry);
+int64_t ll_host_count_stem(ll_host *host, const char *stem); /* sessions here with that stem */
 
 /* ---- command.c ---- */
 

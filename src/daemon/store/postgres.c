@@ -32,13 +32,15 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
-/* Tables that stores of an earlier laglab lack, and that one does not look at. */
+/* What stores of an earlier laglab lack, and that one does not look at. */
 static const char later[] =
     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
     " answer text, made timestamptz NOT NULL DEFAULT now());"
     "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
     " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
-    " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);";
+    " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
+    "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
+    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;";
 
 /* ---- opening ---- */
 

@@ -76,7 +76,8 @@ ll_status ll_pg_claim(ll_store *store, const char *id, ll_claim *claim);
 ll_status ll_pg_release_id(ll_store *store, const char *id);
 ll_status ll_pg_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *marked);
 ll_status ll_pg_ask(ll_store *store, int64_t owner, const char *id);
-ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, bool *taken);
+ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+                             bool *taken);
 ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted);
 ll_status ll_pg_replace(ll_store *store);

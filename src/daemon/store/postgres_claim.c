@@ -192,9 +192,44 @@ ll_status ll_pg_new_numbers(ll_store *store, int64_t *first, int64_t *past)
 
 /* ---- codes ---- */
 
-ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, bool *taken)
+/* Who makes another session with this stem waits for the end of the transaction, and counts then. */
+static bool reserve_within(pg_link *link, int64_t number, const char *code, ll_stem_quota *quota, bool *taken)
+{
+    bool good = ll_pg_run(link, "BEGIN") &&
+                ll_pg_query(link, "SELECT pg_advisory_xact_lock(7817204, hashtext($1))", "t", quota->stem) &&
+                ll_pg_query(link, "SELECT count(*) FROM code WHERE stem=$1", "t", quota->stem);
+    if (!good)
+        return false;
+    quota->full = ll_pg_whole(link, 0, 0) >= quota->most;
+    *taken = false;
+    if (!quota->full) {
+        good = ll_pg_query(
+            link, "INSERT INTO code(code,session,stem) VALUES($1,$2::bigint,$3) ON CONFLICT DO NOTHING",
+            "tit", code, number, quota->stem);
+        *taken = good && ll_pg_changed(link) == 0;
+    }
+    return good && ll_pg_run(link, "COMMIT");
+}
+
+static ll_status reserve_with_quota(postgres_store *s, int64_t number, const char *code, ll_stem_quota *quota,
+                                    bool *taken)
+{
+    pg_link *link = &s->reader;
+    ll_pg_enter(s, link);
+    ll_status status = reserve_within(link, number, code, quota, taken)
+                           ? ll_ok()
+                           : ll_pg_failure(s, link, "Reserving a code");
+    if (ll_failed(&status) && PQtransactionStatus(link->db) != PQTRANS_IDLE)
+        ll_pg_run(link, "ROLLBACK");
+    return ll_pg_leave(link, status);
+}
+
+ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+                             bool *taken)
 {
     postgres_store *s = (postgres_store *)store;
+    if (quota)
+        return reserve_with_quota(s, number, code, quota, taken);
     ll_pg_enter(s, &s->reader);
     bool good =
         ll_pg_query(&s->reader, "INSERT INTO code(code,session) VALUES($1,$2::bigint) ON CONFLICT DO NOTHING",

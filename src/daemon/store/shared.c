@@ -72,9 +72,10 @@ void ll_store_on_asked(ll_store *store, void (*asked)(void *context, const char 
         store->kind->shared->on_asked(store, asked, context);
 }
 
-ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, bool *taken)
+ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+                                bool *taken)
 {
-    return store->kind->shared->reserve_code(store, number, code, taken);
+    return store->kind->shared->reserve_code(store, number, code, quota, taken);
 }
 
 ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1])

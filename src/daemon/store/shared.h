@@ -101,8 +101,16 @@ ll_status ll_store_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *m
 ll_status ll_store_ask(ll_store *store, int64_t owner, const char *id);
 void ll_store_on_asked(ll_store *store, void (*asked)(void *context, const char *id), void *context);
 
-/* Codes are unique in the store. *taken: another session has it. */
-ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, bool *taken);
+/* A limit of the sessions with a stem, whichever daemon makes them: those that have a code count. */
+typedef struct ll_stem_quota {
+    char stem[LL_STEM_LENGTH + 1];
+    int64_t most;
+    bool full; /* result: the limit is reached, and nothing was reserved */
+} ll_stem_quota;
+
+/* Codes are unique in the store. *taken: another session has it. `quota` may be NULL. */
+ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+                                bool *taken);
 ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 
 /* Deletes sessions without a living owner that were not used for `ttl_s`. */

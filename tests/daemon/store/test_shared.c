@@ -89,7 +89,7 @@ static ll_stored make_session(ll_store *store)
     assert_true(ll_new_id(row.id));
     while (taken) {
         assert_true(ll_new_code(row.code));
-        must(ll_store_reserve_code(store, row.place.number, row.code, &taken));
+        must(ll_store_reserve_code(store, row.place.number, row.code, NULL, &taken));
     }
     for (size_t i = 0; i < 2 * sizeof row.keys[0]; i++)
         ((unsigned char *)row.keys)[i] = (unsigned char)(i * 37);
@@ -354,13 +354,13 @@ static void codes_are_unique_and_deleted_with_their_session(void **state)
     ll_store_place other;
     must(ll_store_new_place(b, &other));
     assert_true(other.number != made.place.number);
-    must(ll_store_reserve_code(b, other.number, made.code, &taken));
+    must(ll_store_reserve_code(b, other.number, made.code, NULL, &taken));
     assert_true(taken);
     must(ll_store_wait(a, ll_store_delete(a, made.place)));
     ll_status status = ll_store_find_code(b, made.code, id);
     assert_int_equal(status.code, LL_NOT_FOUND);
     assert_int_equal(claim(b, made.id).result, LL_CLAIM_UNKNOWN);
-    must(ll_store_reserve_code(b, other.number, made.code, &taken));
+    must(ll_store_reserve_code(b, other.number, made.code, NULL, &taken));
     assert_false(taken);
     must(ll_store_close(a));
     must(ll_store_close(b));
