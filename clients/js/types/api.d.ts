@@ -771,7 +771,7 @@ export interface paths {
         put?: never;
         /**
          * Opens a class.
-         * @description Needs what POST /sessions needs: with a class key, that key. The body may set what PATCH sets. A class is stored, and outlives the daemon.
+         * @description Needs what POST /sessions needs: with a class key, that key. The body may set what PATCH sets. A class is stored, and outlives the daemon. Limits of daemons that share a store hold for all of them together.
          */
         post: operations["openClass"];
         delete?: never;
@@ -792,7 +792,7 @@ export interface paths {
         };
         /**
          * A class, by its id or its code.
-         * @description A code may be in letters of either case. Each address may look up few codes that do not exist; with the id nothing is limited.
+         * @description A code may be in letters of either case. Each address may look up few codes that do not exist; with the id nothing is limited. Of daemons that share a store, one that does not have the class answers its code, here and below, with a 308 to its id.
          */
         get: operations["getClass"];
         put?: never;
@@ -1419,7 +1419,7 @@ export interface components {
         };
         Board: {
             id: components["schemas"]["Id"];
-            /** @description Of a new session, for the time after the class; null for one that existed. */
+            /** @description Of a new session, for the time after the class; null for one that existed. Daemons that share a store show a new fork of one that was not made for the class. */
             owner_key: null | components["schemas"]["Key"];
             links: components["schemas"]["Links"];
         };

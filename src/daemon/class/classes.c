@@ -18,7 +18,7 @@ static const ll_param rows[] = {
      .help = "Classes that one address has open at once."},
     {ROW(max_class_members, LL_PARAM_INT), .min = 1, .max = 1000, .default_value = 64,
      .help = "Members of a class; those without a connection for a minute make room for new ones."},
-    {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 200,
+    {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 500,
      .help = "Sessions that were made for one class, boards and copies; of all daemons of a shared store."},
     {ROW(class_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
      .help = "A class ends after this time without connections and requests."},

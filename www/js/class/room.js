@@ -3,7 +3,7 @@ import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make, styleSheet } from '../base/api.js';
 import { touch } from '../draw/redraw.js';
-import { keyOf } from '../session/opening.js';
+import { keep, keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
 import { again, show } from '../session/session.js';
 import { connection, notify, place, session } from '../session/state.js';
@@ -125,10 +125,13 @@ export async function teach() {
   }
   try {
     const made = await make('classes', {});
-    await call('PUT', `classes/${made.id}/board`, { body: { session: shown.id, owner_key: shown.key }, key: made.teacher_key });
-    await call('POST', `sessions/${shown.id}/control`, { body: { op: 'pause' }, key: shown.key }).catch(
-      () => {},
-    ); /* it waits for the class */
+    const board = await call('PUT', `classes/${made.id}/board`, {
+      body: { session: shown.id, owner_key: shown.key },
+      key: made.teacher_key,
+    });
+    const key = board.owner_key ?? shown.key; /* several daemons show a fork of it */
+    if (board.owner_key) keep(board.id, key, false);
+    await call('POST', `sessions/${board.id}/control`, { body: { op: 'pause' }, key }).catch(() => {}); /* it waits for the class */
     await begin();
     listen(made, made.teacher_key);
     lead(made.teacher_key, 'lobby');

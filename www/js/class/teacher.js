@@ -69,10 +69,13 @@ function follow(id) {
 }
 
 /** Puts the session that this page shows on the board. @param {import('../session/state.js').Session} shown */
-function put(shown) {
+async function put(shown) {
   left = board;
   board = shown.id;
-  return ask('PUT', '/board', { session: shown.id, owner_key: shown.key });
+  const made = await ask('PUT', '/board', { session: shown.id, owner_key: shown.key });
+  if (!made?.owner_key) return;
+  keep(made.id, made.owner_key, false); /* several daemons show a fork of it */
+  follow(made.id);
 }
 
 /** From now on this page is the teacher's. @param {string} key @param {'lobby' | 'board'} first */
