@@ -113,7 +113,8 @@ test('a viewer and a request find a session at any daemon, and a code', { skip }
 test('a repeated request is answered once, through any daemon', { skip, timeout: 40000 }, async (t) => {
   const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30 })]);
   const body = { scenario: 'race', paused: true };
-  const post = (c, name, given = body) => c.call('POST', '/api/v1/sessions', { body: given, headers: { 'Idempotency-Key': name } });
+  const post = (c, name, /** @type {object} */ given = body) =>
+    c.call('POST', '/api/v1/sessions', { body: given, headers: { 'Idempotency-Key': name } });
   const count = () => Number(postgres('sql', 'SELECT count(*) FROM laglab_sessions.session'));
   const before = count();
   const first = await post(a.c, 'one');

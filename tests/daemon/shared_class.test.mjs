@@ -144,7 +144,7 @@ test('quotas of classes hold for all daemons together', { skip }, async (t) => {
   assert.deepEqual(answers.map(({ status }) => status).sort(), [201, 201, 201, 429, 429, 429, 429, 429]);
 });
 
-test('a class has at most so many sessions, whichever daemon makes them', { skip }, async (t) => {
+test('the limit of the sessions of a class holds, whichever daemon makes them', { skip }, async (t) => {
   const args = ['--max-class-sessions', '4'];
   const [a, b] = await Promise.all([join(t, { lease: 30, args }), join(t, { lease: 30, args })]);
   const room = await open(a); /* a board and a copy */

@@ -133,6 +133,21 @@ void ll_api_links(cJSON *json, const char *id)
     }
 }
 
+cJSON *ll_api_describe_created(const ll_created_session *created)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
+    cJSON_AddStringToObject(json, "code", ll_session_entry_code(created->session_entry));
+    cJSON_AddStringToObject(json, "owner_key", created->owner_key);
+    cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
+    for (int i = 0; i < created->players; i++)
+        cJSON_AddItemToArray(keys, cJSON_CreateString(created->player_keys[i]));
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[created->status]);
+    cJSON_AddNumberToObject(json, "tick", (double)created->tick);
+    ll_api_links(json, ll_session_entry_id(created->session_entry));
+    return json;
+}
+
 const char *ll_api_status_name(const ll_session_info *info)
 {
     return ll_session_status_names[info->status];

@@ -84,21 +84,6 @@ static ll_status read_options(const cJSON *body, ll_create_request *create)
 
 /* ---- answer 201 ---- */
 
-cJSON *ll_api_describe_created(const ll_created_session *created)
-{
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
-    cJSON_AddStringToObject(json, "code", ll_session_entry_code(created->session_entry));
-    cJSON_AddStringToObject(json, "owner_key", created->owner_key);
-    cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
-    for (int i = 0; i < created->players; i++)
-        cJSON_AddItemToArray(keys, cJSON_CreateString(created->player_keys[i]));
-    cJSON_AddStringToObject(json, "status", ll_session_status_names[created->status]);
-    cJSON_AddNumberToObject(json, "tick", (double)created->tick);
-    ll_api_links(json, ll_session_entry_id(created->session_entry));
-    return json;
-}
-
 static void answer_created(ll_http_response *response, const char *text)
 {
     ll_http_text(response, 201, "application/json", text);

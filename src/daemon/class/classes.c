@@ -30,15 +30,7 @@ const ll_param_table ll_classes_table = {.name = "classes",
                                          .count = sizeof rows / sizeof rows[0],
                                          .size = sizeof(ll_classes_config)};
 
-/* ---- finding; the list is locked ---- */
-
-ll_class_entry *ll_classes_find_entry(const ll_classes *classes, const char *name, bool by_code)
-{
-    ll_class_entry *entry = classes->first;
-    while (entry && (entry->ended || strcmp(by_code ? entry->code : entry->id, name) != 0))
-        entry = entry->next;
-    return entry;
-}
+/* ---- finding ---- */
 
 static ll_class_entry *find_here(ll_classes *classes, const char *name, bool by_code)
 {
@@ -204,29 +196,6 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, char key[LL_KEY
     return status;
 }
 
-/* Takes ended classes off the list. The lock is released meanwhile: closing a stream may call its hooks. */
-void ll_classes_close_ended(ll_classes *classes)
-{
-    ll_class_entry **link = &classes->first;
-    while (*link) {
-        ll_class_entry *entry = *link;
-        if (!entry->ended) {
-            link = &entry->next;
-            continue;
-        }
-        *link = entry->next;
-        classes->count--;
-        if (!entry->moved)
-            ll_store_delete_class(classes->store, entry->daemon, entry->id);
-        pthread_mutex_unlock(&classes->lock);
-        ll_classes_revoke(classes, entry->values.board.link.session);
-        ll_ws_stream_close(entry->stream, entry->moved ? LL_WS_RESTART : LL_WS_NO_SESSION, entry->ended);
-        ll_class_entry_release(entry);
-        pthread_mutex_lock(&classes->lock);
-        link = &classes->first;
-    }
-}
-
 void ll_class_entry_end(ll_class_entry *entry, const char *reason)
 {
     ll_classes *classes = entry->classes;
@@ -303,14 +272,6 @@ static int guest_role(void *context, const char *session, const char *key, size_
                                                               : role_in(&entry->values, session, key, length);
     pthread_mutex_unlock(&classes->lock);
     return role;
-}
-
-void ll_classes_revoke(ll_classes *classes, const char *session)
-{
-    ll_session_entry *session_entry = ll_host_find(classes->host, session);
-    if (session_entry)
-        ll_session_entry_revoke_guests(session_entry, LL_ROLE_NONE);
-    ll_session_entry_release(session_entry);
 }
 
 /* ---- the thread ---- */

@@ -1,5 +1,6 @@
 /* An entry of the list: its references, its connections and its place there. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "daemon/class/internal.h"
 
@@ -58,4 +59,43 @@ const char *ll_class_entry_id(const ll_class_entry *entry)
 const char *ll_class_entry_code(const ll_class_entry *entry)
 {
     return entry->code;
+}
+
+ll_class_entry *ll_classes_find_entry(const ll_classes *classes, const char *name, bool by_code)
+{
+    ll_class_entry *entry = classes->first;
+    while (entry && (entry->ended || strcmp(by_code ? entry->code : entry->id, name) != 0))
+        entry = entry->next;
+    return entry;
+}
+
+void ll_classes_revoke(ll_classes *classes, const char *session)
+{
+    ll_session_entry *session_entry = ll_host_find(classes->host, session);
+    if (session_entry)
+        ll_session_entry_revoke_guests(session_entry, LL_ROLE_NONE);
+    ll_session_entry_release(session_entry);
+}
+
+/* Takes ended classes off the list. The lock is released meanwhile: closing a stream may call its hooks. */
+void ll_classes_close_ended(ll_classes *classes)
+{
+    ll_class_entry **link = &classes->first;
+    while (*link) {
+        ll_class_entry *entry = *link;
+        if (!entry->ended) {
+            link = &entry->next;
+            continue;
+        }
+        *link = entry->next;
+        classes->count--;
+        if (!entry->moved)
+            ll_store_delete_class(classes->store, entry->daemon, entry->id);
+        pthread_mutex_unlock(&classes->lock);
+        ll_classes_revoke(classes, entry->values.board.link.session);
+        ll_ws_stream_close(entry->stream, entry->moved ? LL_WS_RESTART : LL_WS_NO_SESSION, entry->ended);
+        ll_class_entry_release(entry);
+        pthread_mutex_lock(&classes->lock);
+        link = &classes->first;
+    }
 }

@@ -72,8 +72,6 @@ ll_status ll_class_entry_list(ll_class_entry *entry);
 /* The member of this place, unless it has gone; -1. Locked. */
 int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer);
 
-/* ---- classes.c ---- */
-
 ll_class_entry *ll_classes_find_entry(const ll_classes *classes, const char *name, bool by_code); /* locked */
 void ll_classes_close_ended(ll_classes *classes); /* takes ended classes off the list; locked */
 

@@ -154,7 +154,7 @@ ll_status ll_classes_obtain(ll_classes *classes, const char *id, bool ask, ll_ta
             return status;
         if (got.result == LL_CLAIM_UNKNOWN)
             return ll_error(LL_NOT_FOUND, "Class not found.");
-        bool elsewhere = p.next_look > 0 && !ask && !got.over; /* its owner was looked at, and lives */
+        bool elsewhere = p.next_look > 0 && !ask && !got.over; /* its owner was checked, and lives */
         if (got.result != LL_CLAIM_HELD || elsewhere || ll_host_now() > p.give_up)
             return ll_claim_refusal(&got);
         if (ll_task_end_reason(task) != LL_TASK_RUNNING)

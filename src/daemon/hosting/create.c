@@ -9,6 +9,7 @@
 #include "session/scenario.h"
 #include "session/workload.h"
 
+enum { CLAIMS = 3 };            /* of an answer whose owner turns out to be dead */
 enum { LIGHT_BYTES = 2 << 20 }; /* a state of this size is made within about a millisecond */
 
 static int count_players(ll_session *session)
@@ -256,5 +257,20 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     }
     ll_session_entry_notify(session_entry);
     created->session_entry = session_entry;
+    return ll_ok();
+}
+
+/* ---- requests that may be repeated ---- */
+
+ll_status ll_host_claim_answer(ll_host *host, ll_answer_key *key, ll_answer_claim *claim)
+{
+    bool gone = true;
+    for (int attempt = 0; attempt < CLAIMS && gone; attempt++) {
+        LL_TRY(ll_store_check_lease(host->store));
+        LL_TRY(ll_store_claim_answer(host->store, key, claim));
+        if (claim->state != LL_ANSWER_BUSY || claim->owner == key->daemon)
+            return ll_ok();
+        LL_TRY(ll_neighbour_judge(host->store, claim->owner, claim->url, claim->over, &gone));
+    }
     return ll_ok();
 }

@@ -32,7 +32,7 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
-/* What stores of an earlier laglab lack, and that one does not look at. */
+/* What stores of an earlier laglab lack, and that one does not read. */
 static const char later[] =
     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
     " answer text, made timestamptz NOT NULL DEFAULT now());"
