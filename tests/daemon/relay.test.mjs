@@ -47,6 +47,13 @@ async function seen(stream) {
   return { ticks, events, last };
 }
 
+/** Ticks that two viewers have seen. @param {Map<number, any>} one @param {Map<number, any>} other */
+const common = (one, other) => [...one.keys()].filter((tick) => other.has(tick));
+
+/** What an acknowledging viewer of texts saw while it played: there are several frames of a tick while it is paused. @param {any} stream */
+const texts_of = ({ frames }) =>
+  new Map(frames.filter(({ tick, flags }) => tick > 0 && flags.includes('playing')).map((frame) => [frame.tick, frame]));
+
 const SCENARIOS = ['race', 'rigid/tumbler', 'fluid/cylinder', 'motion/spring'];
 
 describe('relays', { skip, concurrency: 4 }, () => {
@@ -76,29 +83,45 @@ describe('relays', { skip, concurrency: 4 }, () => {
       for (const one of [...streams, ...texts]) await one.frame();
       await pause(100); /* a first subscription counts */
       await http.control(session, { op: 'play' });
-      await pause(900);
+      /* Each viewer gets the newest frame when it is due. Which ticks it sees depends on the load of the machine, so that a time
+       * says nothing of how many all have seen. */
+      for (let wanted = 60, enough = false; !enough; wanted += 60) {
+        assert.ok(wanted <= 600, `too few ticks that all viewers have seen, of ${wanted - 60} frames for each`);
+        await waitFor(
+          () => [...streams, ...texts].every(({ frames }) => frames.length >= wanted),
+          `${wanted} frames for each viewer`,
+          30000,
+        );
+        const [direct, ...others] = await Promise.all(streams.map(seen));
+        const [said, passed] = texts.map(texts_of);
+        enough = others.every(({ ticks }) => common(direct.ticks, ticks).length >= 30) && common(said, passed).length >= 20;
+      }
       await http.control(session, { op: 'pause' });
-      await pause(300);
+      const { tick: end } = (await http.get(`/api/v1/sessions/${session.id}`)).json;
+      await waitFor(
+        async () => {
+          await pause(100);
+          const lasts = await Promise.all(streams.map(seen));
+          return lasts.every(({ last }) => last === end) && texts.every(({ frames }) => frames.at(-1).tick === end);
+        },
+        'the last frame, after which it is paused',
+        20000,
+      );
       const [direct, once, twice] = await Promise.all(streams.map(seen));
       for (const { name, other } of [
         { name: 'one', other: once },
         { name: 'two', other: twice },
       ]) {
-        const common = [...direct.ticks.keys()].filter((tick) => other.ticks.has(tick));
-        assert.ok(common.length >= 5, `${common.length} of ${direct.ticks.size} ticks through ${name}`);
-        for (const tick of common) assert.ok(other.ticks.get(tick) === direct.ticks.get(tick), `tick ${tick} through ${name}`);
+        for (const tick of common(direct.ticks, other.ticks))
+          assert.ok(other.ticks.get(tick) === direct.ticks.get(tick), `tick ${tick} through ${name}`);
         assert.equal(other.events.size, direct.events.size, `events through ${name}`);
         for (const [id, event] of direct.events) assert.equal(other.events.get(id), event, `event ${id} through ${name}`);
-        assert.equal(other.last, direct.last, 'the last one, after which it is paused, came');
       }
       const plain = (/** @type {any} */ { seq, flags, ...rest }) => rest;
-      /* While it is paused there are several of a tick. */
-      const playing = (/** @type {any} */ { tick, flags }) => tick > 0 && flags.includes('playing');
-      const far_texts = new Map(texts[1].frames.filter(playing).map((frame) => [frame.tick, frame]));
-      const shared = texts[0].frames.filter(playing).filter(({ tick }) => far_texts.has(tick));
-      assert.ok(shared.length >= 5, `${shared.length} texts`);
-      for (const frame of shared) {
-        const other = far_texts.get(frame.tick);
+      const [owner_texts, far_texts] = texts.map(texts_of);
+      for (const tick of common(owner_texts, far_texts)) {
+        const frame = owner_texts.get(tick);
+        const other = far_texts.get(tick);
         for (const name of Object.keys(plain(frame)))
           if (name !== 'events' && other[name] !== undefined)
             /* events: since that viewer's frame before */
@@ -125,12 +148,15 @@ describe('relays', { skip, concurrency: 4 }, () => {
     assert.ok(second.frames[0].flags.includes('jump') && second.frames.some(({ views }) => views?.length === 3));
     assert.equal((await info()).viewers, 1);
     await http.control(session, { op: 'play' });
+    const opened = performance.now();
     const many = await Promise.all(
       Array.from({ length: 200 }, () => openStream(near.url, `sessions/${session.id}`, 'bin', { ack: true, subscribe: { scene: 20 } })),
     );
-    await pause(1000);
-    const counts = many.map(({ frames }) => frames.length);
-    assert.ok(Math.min(...counts) >= 3 && Math.max(...counts) <= 60, `${Math.min(...counts)} to ${Math.max(...counts)} frames`);
+    const before = many.map(({ frames }) => frames.length);
+    await waitFor(() => many.every(({ frames }, i) => frames.length >= before[i] + 15), '15 frames for each viewer', 30000);
+    const most = Math.max(...many.map(({ frames }) => frames.length));
+    const seconds = (performance.now() - opened) / 1000;
+    assert.ok(most <= 20 * seconds + 3, `${most} frames in ${seconds} s, of 20 a second`); /* and of a start up to three */
     assert.equal((await info()).viewers, 1);
     assert.equal((await metric(near.url, 'viewers')) >= 202, true);
     await Promise.all([first, second, ...many].map((one) => one.close()));
@@ -139,20 +165,21 @@ describe('relays', { skip, concurrency: 4 }, () => {
 
   test('a slow viewer delays no other', async () => {
     const session = await http.make({ set: { duration_s: 3600 } });
+    /* The same way through relays at the same time, without a slow viewer: the load of the machine delays both. */
+    const without_slow = await startDaemon({ of: near.url });
     const slow = await openStream(far.url, `sessions/${session.id}`, 'json', { ack: true });
-    const fast = await openStream(far.url, `sessions/${session.id}`, 'bin', { ack: true });
-    await fast.frame();
-    const inSecond = async () => {
-      const from = fast.frames.length;
-      await pause(1000);
-      return fast.frames.length - from;
-    };
-    const alone = await inSecond();
+    const [fast, other] = await Promise.all(
+      [far, without_slow].map(({ url }) => openStream(url, `sessions/${session.id}`, 'bin', { ack: true })),
+    );
+    await Promise.all([fast.frame(), other.frame()]);
     slow.socket._socket.pause();
-    const together = await inSecond();
-    assert.ok(together > 0.3 * alone, `${alone} frames in a second, then ${together}`);
+    const from = [fast.frames.length, other.frames.length];
+    await waitFor(() => other.frames.length >= from[1] + 90, '90 frames without a slow viewer', 30000);
+    const [with_slow, without] = [fast.frames.length - from[0], other.frames.length - from[1]];
+    assert.ok(with_slow > 0.7 * without, `${without} frames without a slow viewer, ${with_slow} with one`);
     slow.socket.terminate();
-    await fast.close();
+    await Promise.all([fast.close(), other.close()]);
+    assert.equal((await without_slow.stop()).code, 0, without_slow.errors());
   });
 
   test('keys and inputs reach the owner, and so do requests', async () => {

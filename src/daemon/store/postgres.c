@@ -8,6 +8,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "postgres/url.h"
+
 enum { SCHEMA = 1, RETRY_MS = 100 };
 
 /* Numbers are taken in blocks, so that creating a session does not ask the database for one. */
@@ -44,32 +46,6 @@ static const char later[] =
 
 /* ---- opening ---- */
 
-static void set_name(postgres_store *s)
-{
-    const char *slashes = strstr(s->url, "://"), *begin = slashes ? slashes + 3 : s->url;
-    size_t whole = strcspn(begin, "?");
-    const char *at = memrchr(begin, '@', whole), *rest = at ? at : begin;
-    size_t user = at ? strcspn(begin, ":@") : 0;
-    snprintf(s->name, sizeof s->name, "%.*s%.*s%.*s", (int)(begin - s->url), s->url, (int)user, begin,
-             (int)(begin + whole - rest), rest);
-}
-
-/* libpq's message for an invalid URL, without its quotation of the URL. */
-static ll_status check_url(const postgres_store *s)
-{
-    char *message = NULL;
-    PQconninfoOption *options = PQconninfoParse(s->url, &message);
-    ll_status status = ll_ok();
-    if (message) {
-        message[strcspn(message, "\":\n")] = '\0';
-        status = ll_field_error(LL_BAD_INPUT, "store", "invalid URL of the store %.100s: %.100s", s->name,
-                                message);
-    }
-    PQconninfoFree(options);
-    PQfreemem(message);
-    return status;
-}
-
 static ll_status prepare_schema(postgres_store *s)
 {
     pg_link *link = &s->reader;
@@ -94,20 +70,13 @@ static ll_status prepare_schema(postgres_store *s)
     return ll_ok();
 }
 
-static void close_link(pg_link *link)
-{
-    PQclear(link->result);
-    PQfinish(link->db);
-    pthread_mutex_destroy(&link->lock);
-}
-
 static void close_store(ll_store *store)
 {
     postgres_store *s = (postgres_store *)store;
     ll_pg_end_lease(s);
-    close_link(&s->writer);
-    close_link(&s->reader);
-    close_link(&s->lease);
+    ll_pg_close(&s->writer);
+    ll_pg_close(&s->reader);
+    ll_pg_close(&s->lease);
     if (s->wake >= 0)
         close(s->wake);
     ll_store_end(store);
@@ -156,6 +125,12 @@ static const ll_store_kind postgres_kind = {.shared = &shared_kind,
                                             .list_classes = list_classes,
                                             .new_numbers = ll_pg_new_numbers};
 
+/* Of each connection. A daemon that freezes between two statements of a commit must not keep its row locked,
+ * since others wait for that row to mark it as dead. */
+static const char session[] =
+    "SET search_path TO laglab_sessions; SET client_min_messages TO warning; SET client_encoding TO 'UTF8';"
+    "SET idle_in_transaction_session_timeout TO '2s'; SET lock_timeout TO '5s'";
+
 static postgres_store *new_store(const ll_shared_config *config)
 {
     postgres_store *s = calloc(1, sizeof *s);
@@ -171,10 +146,10 @@ static postgres_store *new_store(const ll_shared_config *config)
     s->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     snprintf(s->address, sizeof s->address, "%s", config->address);
     snprintf(s->engine, sizeof s->engine, "%s", config->engine ? config->engine : ll_engine);
-    set_name(s);
-    pthread_mutex_init(&s->writer.lock, NULL);
-    pthread_mutex_init(&s->reader.lock, NULL);
-    pthread_mutex_init(&s->lease.lock, NULL);
+    ll_pg_name_url(s->url, s->name, sizeof s->name);
+    ll_pg_init(&s->writer, session);
+    ll_pg_init(&s->reader, session);
+    ll_pg_init(&s->lease, session);
     return s;
 }
 
@@ -184,7 +159,7 @@ ll_status ll_pg_open(const ll_shared_config *config, ll_store **store)
     postgres_store *s = new_store(config);
     if (!s)
         return ll_error(LL_NO_MEMORY, "out of memory: store");
-    ll_status status = check_url(s);
+    ll_status status = ll_pg_check_url(s->url, s->name);
     LL_THEN(status, ll_pg_reach(s, &s->reader));
     LL_THEN(status, prepare_schema(s));
     LL_THEN(status, ll_pg_reach(s, &s->writer));

@@ -4,19 +4,14 @@
  * rooms. */
 #pragma once
 
-#include <libpq-fe.h>
 #include <stdatomic.h>
 
 #include "daemon/store/internal.h"
+#include "postgres/link.h"
 
 enum { PG_TOKEN_MAX = 40 };
 
-/* A connection, used by one thread at a time. */
-typedef struct pg_link {
-    PGconn *db;
-    PGresult *result; /* of the last statement */
-    pthread_mutex_t lock;
-} pg_link;
+typedef ll_pg_link pg_link;
 
 typedef struct postgres_store {
     ll_store base;
@@ -49,19 +44,9 @@ int64_t ll_pg_now(void);
 pg_self ll_pg_self(postgres_store *s);
 ll_status ll_pg_reach(postgres_store *s, pg_link *link); /* connects */
 
-/* Locks the connection, and opens it again if the server has closed it. */
+/* ll_pg_lock and ll_pg_unlock of one of its connections. */
 void ll_pg_enter(postgres_store *s, pg_link *link);
 ll_status ll_pg_leave(pg_link *link, ll_status status);
-
-/* A letter of `types` for each argument: t text, i int64_t, r double. Results are text. */
-bool ll_pg_query(pg_link *link, const char *sql, const char *types, ...);
-bool ll_pg_send(pg_link *link, const char *sql, int count, const char *const *values);
-bool ll_pg_run(pg_link *link, const char *sql);
-int64_t ll_pg_changed(const pg_link *link); /* rows that the last statement changed */
-const char *ll_pg_text(const pg_link *link, int row, int column);
-int64_t ll_pg_whole(const pg_link *link, int row, int column);
-bool ll_pg_true(const pg_link *link, int row, int column);
-bool ll_pg_null(const pg_link *link, int row, int column);
 ll_status ll_pg_failure(const postgres_store *s, const pg_link *link, const char *doing);
 
 /* ---- postgres_commit.c ---- */

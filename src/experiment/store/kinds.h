@@ -18,9 +18,6 @@ enum { LL_STORE_SCHEMA = 2 };
 /* Sets state done when all rows are stored, failed when a chunk failed. */
 void ll_store_set_state(ll_experiment_record *record, bool given_up);
 
-/* A URL without secrets: of the part before the last @ only the user's name, and no query. */
-void ll_store_name_url(const char *url, char *name, size_t size);
-
 /* `name` is the store's, without secrets. */
 ll_status ll_store_unknown(const char *id);
 ll_status ll_store_taken(const char *name, const char *id);

@@ -7,16 +7,6 @@
 
 #include "base/assert.h"
 
-void ll_store_name_url(const char *url, char *name, size_t size)
-{
-    const char *slashes = strstr(url, "://"), *begin = slashes ? slashes + 3 : url;
-    size_t whole = strcspn(begin, "?");
-    const char *at = memrchr(begin, '@', whole), *rest = at ? at : begin;
-    size_t user = at ? strcspn(begin, ":@") : 0;
-    snprintf(name, size, "%.*s%.*s%.*s", (int)(begin - url), url, (int)user, begin,
-             (int)(begin + whole - rest), rest);
-}
-
 void ll_store_set_state(ll_experiment_record *r, bool given_up)
 {
     LL_ASSERT(r->from <= r->to && r->done >= 0 && r->done <= r->to - r->from);

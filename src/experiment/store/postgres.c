@@ -1,13 +1,12 @@
 /* The store in PostgreSQL, which several machines can share. */
-#include <inttypes.h>
-#include <libpq-fe.h>
-#include <pthread.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "experiment/store/kinds.h"
+
+#include "postgres/link.h"
+#include "postgres/url.h"
 
 /* Metrics are an array of numbers, for use in SQL: metrics[1] is the first of the specification. */
 static const char schema[] =
@@ -35,179 +34,57 @@ static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version t
 static const char session[] = "SET search_path TO laglab; SET idle_in_transaction_session_timeout TO '60s';"
                               "SET client_min_messages TO warning; SET client_encoding TO 'UTF8'";
 
+/* A worker that waits for its connection only finishes later. */
+static const ll_pg_patience patience = {.connect_timeout = "10",
+                                        .keepalives_idle = "20",
+                                        .keepalives_interval = "10",
+                                        .keepalives_count = "3",
+                                        .tcp_user_timeout = "60000"};
+
 typedef struct postgres_store {
     ll_result_store base;
-    PGconn *db;
-    PGresult *result;     /* of the last statement */
-    pthread_mutex_t lock; /* guards the connection, which one thread uses at a time */
-    char name[160];       /* the URL without its password and its query */
+    ll_pg_link link;
+    char name[160]; /* the URL without its password and its query */
 } postgres_store;
-
-/* ---- errors ---- */
-
-/* libpq reports every address that it tried, one per line; the name has the first one already. */
-static ll_status unavailable(const postgres_store *s)
-{
-    static const char before[] = " failed: ";
-    const char *message = PQerrorMessage(s->db), *reason = strstr(message, before);
-    reason = reason ? reason + strlen(before) : message;
-    return ll_error(LL_UNAVAILABLE, "server of the store %.100s not usable: %.*s", s->name,
-                    (int)strcspn(reason, "\n"), reason);
-}
 
 static ll_status failure(const postgres_store *s, const char *doing)
 {
-    if (PQstatus(s->db) != CONNECTION_OK)
-        return unavailable(s);
-    const char *code = PQresultErrorField(s->result, PG_DIAG_SQLSTATE);
-    const char *message = PQresultErrorField(s->result, PG_DIAG_MESSAGE_PRIMARY);
-    if (code && strcmp(code, "53100") == 0)
+    char reason[LL_PG_REASON_MAX];
+    switch (ll_pg_fault_of(&s->link, reason)) {
+    case LL_PG_LOST:
+        return ll_error(LL_UNAVAILABLE, "server of the store %.100s not usable: %s", s->name, reason);
+    case LL_PG_DISK_FULL:
         return ll_error(LL_IO, "disk of the store %.120s is full", s->name);
-    if (code && strcmp(code, "25006") == 0)
-        return ll_error(LL_IO, "cannot write to the store %.120s: %.80s", s->name, message);
-    return ll_error(LL_IO, "%s in the store %.100s failed: %.100s", doing, s->name,
-                    message ? message : PQerrorMessage(s->db));
-}
-
-/* ---- statements ---- */
-
-static bool keep(postgres_store *s, PGresult *result)
-{
-    PQclear(s->result);
-    s->result = result;
-    ExecStatusType status = PQresultStatus(result);
-    return status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK || status == PGRES_COPY_IN;
-}
-
-static bool run(postgres_store *s, const char *sql)
-{
-    return keep(s, PQexec(s->db, sql));
-}
-
-enum { ARGUMENTS_MAX = 6 };
-
-/* `types`: a letter per argument: t text, i int64_t, r double. `binary`: format of the result. */
-static bool query_as(postgres_store *s, int binary, const char *sql, const char *types, va_list arguments)
-{
-    char numbers[ARGUMENTS_MAX][32];
-    const char *values[ARGUMENTS_MAX];
-    int count = 0;
-    for (; types[count]; count++) {
-        values[count] = numbers[count];
-        if (types[count] == 't')
-            values[count] = va_arg(arguments, const char *);
-        else if (types[count] == 'r')
-            snprintf(numbers[count], sizeof numbers[count], "%.17g", va_arg(arguments, double));
-        else
-            snprintf(numbers[count], sizeof numbers[count], "%" PRId64, va_arg(arguments, int64_t));
+    case LL_PG_READ_ONLY:
+        return ll_error(LL_IO, "cannot write to the store %.120s: %.80s", s->name, reason);
+    default:
+        return ll_error(LL_IO, "%s in the store %.100s failed: %.100s", doing, s->name, reason);
     }
-    return keep(s, PQexecParams(s->db, sql, count, NULL, values, NULL, NULL, binary));
-}
-
-static bool query(postgres_store *s, const char *sql, const char *types, ...)
-{
-    va_list arguments;
-    va_start(arguments, types);
-    bool good = query_as(s, 0, sql, types, arguments);
-    va_end(arguments);
-    return good;
-}
-
-static bool binary_query(postgres_store *s, const char *sql, const char *types, ...)
-{
-    va_list arguments;
-    va_start(arguments, types);
-    bool good = query_as(s, 1, sql, types, arguments);
-    va_end(arguments);
-    return good;
-}
-
-/* Rows that the last statement returned or changed. */
-static int row_count(const postgres_store *s)
-{
-    return PQntuples(s->result);
-}
-
-static bool changed(const postgres_store *s)
-{
-    return strtoll(PQcmdTuples(s->result), NULL, 10) > 0;
-}
-
-static const char *text_at(const postgres_store *s, int row, int column)
-{
-    return PQgetvalue(s->result, row, column);
-}
-
-static int64_t whole_at(const postgres_store *s, int row, int column)
-{
-    return strtoll(text_at(s, row, column), NULL, 10);
-}
-
-static bool true_at(const postgres_store *s, int row, int column)
-{
-    return text_at(s, row, column)[0] == 't';
 }
 
 /* Commits, or rolls back after a failure. */
 static ll_status end(postgres_store *s, bool good, const char *doing)
 {
-    if (good && run(s, "COMMIT"))
+    if (good && ll_pg_run(&s->link, "COMMIT"))
         return ll_ok();
     ll_status status = failure(s, doing);
-    run(s, "ROLLBACK");
+    ll_pg_run(&s->link, "ROLLBACK");
     return status;
 }
 
 /* ---- the connection ---- */
 
-/* libpq's message for an invalid URL, without its quotation of the URL. */
-static ll_status check_url(const char *url, const char *name)
-{
-    char *message = NULL;
-    PQconninfoOption *options = PQconninfoParse(url, &message);
-    ll_status status = ll_ok();
-    if (message) {
-        message[strcspn(message, "\":\n")] = '\0';
-        status =
-            ll_field_error(LL_BAD_INPUT, "store", "invalid URL of the store %.100s: %.100s", name, message);
-    }
-    PQconninfoFree(options);
-    PQfreemem(message);
-    return status;
-}
-
-/* Not on a failed connection, where it would replace the reason. */
-static bool begin_session(postgres_store *s)
-{
-    return PQstatus(s->db) == CONNECTION_OK && run(s, session);
-}
-
-static ll_status reach(postgres_store *s, const char *url)
-{
-    /* The URL comes last but one, and may override the others. */
-    static const char *const names[] = {"connect_timeout",
-                                        "keepalives_idle",
-                                        "keepalives_interval",
-                                        "keepalives_count",
-                                        "tcp_user_timeout",
-                                        "fallback_application_name",
-                                        "dbname",
-                                        NULL};
-    const char *const values[] = {"10", "20", "10", "3", "60000", "laglab", url, NULL};
-    s->db = PQconnectdbParams(names, values, true);
-    return begin_session(s) ? ll_ok() : failure(s, "Opening");
-}
-
 static ll_status prepare_schema(postgres_store *s)
 {
-    bool good = run(s, "BEGIN") && query(s, "SELECT pg_advisory_xact_lock(7817201)", "") &&
-                query(s, "SELECT to_regclass('laglab.schema_version') IS NOT NULL", "");
-    if (good && !true_at(s, 0, 0))
-        return end(s, run(s, schema), "Creating the tables");
-    good = good && query(s, "SELECT version FROM schema_version", "");
-    int64_t version = good && row_count(s) > 0 ? whole_at(s, 0, 0) : 0;
+    bool good = ll_pg_run(&s->link, "BEGIN") &&
+                ll_pg_query(&s->link, "SELECT pg_advisory_xact_lock(7817201)", "") &&
+                ll_pg_query(&s->link, "SELECT to_regclass('laglab.schema_version') IS NOT NULL", "");
+    if (good && !ll_pg_true(&s->link, 0, 0))
+        return end(s, ll_pg_run(&s->link, schema), "Creating the tables");
+    good = good && ll_pg_query(&s->link, "SELECT version FROM schema_version", "");
+    int64_t version = good && ll_pg_rows(&s->link) > 0 ? ll_pg_whole(&s->link, 0, 0) : 0;
     if (version == 1)
-        good = run(s, schema_from_1);
+        good = ll_pg_run(&s->link, schema_from_1);
     ll_status status = end(s, good, "Opening");
     return !ll_failed(&status) && version > LL_STORE_SCHEMA ? ll_store_newer(s->name, version) : status;
 }
@@ -215,9 +92,7 @@ static ll_status prepare_schema(postgres_store *s)
 static void close_store(ll_result_store *store)
 {
     postgres_store *s = (postgres_store *)store;
-    PQclear(s->result);
-    PQfinish(s->db);
-    pthread_mutex_destroy(&s->lock);
+    ll_pg_close(&s->link);
     free(s);
 }
 
@@ -230,10 +105,10 @@ static ll_status open_store(const char *url, ll_result_store **store)
     if (!s)
         return ll_error(LL_NO_MEMORY, "out of memory: store");
     s->base.kind = &ll_result_store_postgres;
-    pthread_mutex_init(&s->lock, NULL);
-    ll_store_name_url(url, s->name, sizeof s->name);
-    ll_status status = check_url(url, s->name);
-    LL_THEN(status, reach(s, url));
+    ll_pg_init(&s->link, session);
+    ll_pg_name_url(url, s->name, sizeof s->name);
+    ll_status status = ll_pg_check_url(url, s->name);
+    LL_THEN(status, ll_pg_connect(&s->link, url, &patience) ? ll_ok() : failure(s, "Opening"));
     LL_THEN(status, prepare_schema(s));
     if (ll_failed(&status)) {
         close_store(&s->base);
@@ -243,27 +118,18 @@ static ll_status open_store(const char *url, ll_result_store **store)
     return ll_ok();
 }
 
-/* Reconnects when the server has closed the connection, as after a restart. A connection that fails during an
- * operation is LL_UNAVAILABLE: the operation may or may not have been done, and can be repeated. */
+/* A connection that fails during an operation is LL_UNAVAILABLE: the operation may or may not have been done,
+ * and can be repeated. */
 static postgres_store *enter(ll_result_store *store)
 {
     postgres_store *s = (postgres_store *)store;
-    pthread_mutex_lock(&s->lock);
-    PQconsumeInput(s->db); /* reads the server's last message */
-    PQconsumeInput(s->db); /* reads the end of the connection */
-    if (PQstatus(s->db) != CONNECTION_OK) {
-        PQreset(s->db);
-        begin_session(s);
-    }
+    ll_pg_lock(&s->link);
     return s;
 }
 
 static ll_status leave(postgres_store *s, ll_status status)
 {
-    PQclear(s->result);
-    s->result = NULL;
-    pthread_mutex_unlock(&s->lock);
-    return status;
+    return ll_pg_unlock(&s->link, status);
 }
 
 /* ---- experiments ---- */
@@ -271,8 +137,8 @@ static ll_status leave(postgres_store *s, ll_status status)
 static ll_status specification(ll_result_store *store, const char *id, char **text)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, "SELECT specification FROM experiment WHERE id=$1", "t", id);
-    *text = good && row_count(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
+    bool good = ll_pg_query(&s->link, "SELECT specification FROM experiment WHERE id=$1", "t", id);
+    *text = good && ll_pg_rows(&s->link) > 0 ? strdup(ll_pg_text(&s->link, 0, 0)) : NULL;
     return leave(s, !good ? failure(s, "Reading") : *text ? ll_ok() : ll_store_unknown(id));
 }
 
@@ -280,53 +146,56 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
 static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, const char *text,
                               int64_t chunk)
 {
-    bool good = query(s,
-                      "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash,version)"
-                      " VALUES($1,$2,0,$3,$4," NOW_S ",$5,$6) ON CONFLICT DO NOTHING",
-                      "ttiitt", r->id, text, r->from, r->to, r->owner_hash, s->base.version);
-    if (!good || !changed(s))
+    bool good =
+        ll_pg_query(&s->link,
+                    "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash,version)"
+                    " VALUES($1,$2,0,$3,$4," NOW_S ",$5,$6) ON CONFLICT DO NOTHING",
+                    "ttiitt", r->id, text, r->from, r->to, r->owner_hash, s->base.version);
+    if (!good || ll_pg_changed(&s->link) == 0)
         return good;
-    return query(s,
-                 "INSERT INTO chunk(id,chunk,first,past) SELECT $1, k, $2::bigint+k*$4::bigint,"
-                 " least($2::bigint+(k+1)*$4::bigint, $3::bigint)"
-                 " FROM generate_series(0, ($3::bigint-$2::bigint+$4::bigint-1)/$4::bigint-1) k",
-                 "tiii", r->id, r->from, r->to, chunk);
+    return ll_pg_query(&s->link,
+                       "INSERT INTO chunk(id,chunk,first,past) SELECT $1, k, $2::bigint+k*$4::bigint,"
+                       " least($2::bigint+(k+1)*$4::bigint, $3::bigint)"
+                       " FROM generate_series(0, ($3::bigint-$2::bigint+$4::bigint-1)/$4::bigint-1) k",
+                       "tiii", r->id, r->from, r->to, chunk);
 }
 
 static ll_status create(ll_result_store *store, const ll_experiment_record *r, const char *text,
                         int64_t chunk)
 {
     postgres_store *s = enter(store);
-    ll_status status =
-        end(s, run(s, "BEGIN") && insert_experiment(s, r, text, chunk), "Registering an experiment");
-    if (!ll_failed(&status) && !query(s, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1",
-                                      "ttt", r->id, text, store->version))
+    ll_status status = end(s, ll_pg_run(&s->link, "BEGIN") && insert_experiment(s, r, text, chunk),
+                           "Registering an experiment");
+    if (!ll_failed(&status) &&
+        !ll_pg_query(&s->link, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1", "ttt",
+                     r->id, text, store->version))
         status = failure(s, "Reading");
-    if (!ll_failed(&status) && row_count(s) > 0 && !true_at(s, 0, 0))
+    if (!ll_failed(&status) && ll_pg_rows(&s->link) > 0 && !ll_pg_true(&s->link, 0, 0))
         status = ll_store_taken(s->name, r->id);
     return leave(s, status);
 }
 
 static ll_experiment_record read_record(const postgres_store *s, int row)
 {
-    ll_experiment_record r = {.state = (ll_experiment_state)whole_at(s, row, 1),
-                              .from = whole_at(s, row, 2),
-                              .to = whole_at(s, row, 3),
-                              .created_s = whole_at(s, row, 4),
-                              .done = whole_at(s, row, 5),
-                              .leased = whole_at(s, row, 6),
-                              .age_s = whole_at(s, row, 10)};
-    snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
-    snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
-    snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
-    ll_store_set_state(&r, true_at(s, row, 7));
+    ll_experiment_record r = {.state = (ll_experiment_state)ll_pg_whole(&s->link, row, 1),
+                              .from = ll_pg_whole(&s->link, row, 2),
+                              .to = ll_pg_whole(&s->link, row, 3),
+                              .created_s = ll_pg_whole(&s->link, row, 4),
+                              .done = ll_pg_whole(&s->link, row, 5),
+                              .leased = ll_pg_whole(&s->link, row, 6),
+                              .age_s = ll_pg_whole(&s->link, row, 10)};
+    snprintf(r.id, sizeof r.id, "%s", ll_pg_text(&s->link, row, 0));
+    snprintf(r.owner_hash, sizeof r.owner_hash, "%s", ll_pg_text(&s->link, row, 8));
+    snprintf(r.version, sizeof r.version, "%s", ll_pg_text(&s->link, row, 9));
+    ll_store_set_state(&r, ll_pg_true(&s->link, row, 7));
     return r;
 }
 
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && row_count(s) > 0;
+    bool good = ll_pg_query(&s->link, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id),
+         there = good && ll_pg_rows(&s->link) > 0;
     if (there)
         *record = read_record(s, 0);
     return leave(s, !good ? failure(s, "Reading") : there ? ll_ok() : ll_store_unknown(id));
@@ -336,8 +205,8 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
                       void *context)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
-    for (int i = 0; good && i < row_count(s); i++) {
+    bool good = ll_pg_query(&s->link, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
+    for (int i = 0; good && i < ll_pg_rows(&s->link); i++) {
         ll_experiment_record record = read_record(s, i);
         each(context, &record);
     }
@@ -347,17 +216,20 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
 static ll_status set_state(ll_result_store *store, const char *id, ll_experiment_state state)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, "UPDATE experiment SET state=$2 WHERE id=$1", "ti", id, (int64_t)state);
-    return leave(s, !good ? failure(s, "Writing") : changed(s) ? ll_ok() : ll_store_unknown(id));
+    bool good = ll_pg_query(&s->link, "UPDATE experiment SET state=$2 WHERE id=$1", "ti", id, (int64_t)state);
+    return leave(s, !good                         ? failure(s, "Writing")
+                    : ll_pg_changed(&s->link) > 0 ? ll_ok()
+                                                  : ll_store_unknown(id));
 }
 
 static ll_status remove_experiment(ll_result_store *store, const char *id)
 {
     postgres_store *s = enter(store);
-    bool good = run(s, "BEGIN") && query(s, "DELETE FROM experiment WHERE id=$1", "t", id);
-    bool there = good && changed(s);
-    good = good && query(s, "DELETE FROM chunk WHERE id=$1", "t", id) &&
-           query(s, "DELETE FROM result WHERE id=$1", "t", id);
+    bool good =
+        ll_pg_run(&s->link, "BEGIN") && ll_pg_query(&s->link, "DELETE FROM experiment WHERE id=$1", "t", id);
+    bool there = good && ll_pg_changed(&s->link) > 0;
+    good = good && ll_pg_query(&s->link, "DELETE FROM chunk WHERE id=$1", "t", id) &&
+           ll_pg_query(&s->link, "DELETE FROM result WHERE id=$1", "t", id);
     ll_status status = end(s, good, "Deleting");
     return leave(s, ll_failed(&status) || there ? status : ll_store_unknown(id));
 }
@@ -385,14 +257,14 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
         " RETURNING c.id,c.chunk,c.first,c.past,c.attempt";
     postgres_store *s = enter(store);
     *lease = (ll_lease){.chunk = -1};
-    bool good =
-        query(s, free_chunk, "trtit", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX, store->version);
-    if (good && row_count(s) > 0) {
-        lease->chunk = whole_at(s, 0, 1);
-        lease->from = whole_at(s, 0, 2);
-        lease->to = whole_at(s, 0, 3);
-        lease->attempt = (int)whole_at(s, 0, 4);
-        snprintf(lease->id, sizeof lease->id, "%s", text_at(s, 0, 0));
+    bool good = ll_pg_query(&s->link, free_chunk, "trtit", owner, lease_s, id ? id : "",
+                            (int64_t)LL_ATTEMPTS_MAX, store->version);
+    if (good && ll_pg_rows(&s->link) > 0) {
+        lease->chunk = ll_pg_whole(&s->link, 0, 1);
+        lease->from = ll_pg_whole(&s->link, 0, 2);
+        lease->to = ll_pg_whole(&s->link, 0, 3);
+        lease->attempt = (int)ll_pg_whole(&s->link, 0, 4);
+        snprintf(lease->id, sizeof lease->id, "%s", ll_pg_text(&s->link, 0, 0));
         snprintf(lease->owner, sizeof lease->owner, "%s", owner);
     }
     return leave(s, good ? ll_ok() : failure(s, "Claiming"));
@@ -403,23 +275,27 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
 static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, "UPDATE chunk SET lease_until=now()+$5*interval '1 second' WHERE " MINE, "titir",
-                      l->id, l->chunk, l->owner, (int64_t)l->attempt, lease_s);
-    return leave(s, !good ? failure(s, "Renewing a lease") : changed(s) ? ll_ok() : ll_store_lost(l));
+    bool good = ll_pg_query(&s->link, "UPDATE chunk SET lease_until=now()+$5*interval '1 second' WHERE " MINE,
+                            "titir", l->id, l->chunk, l->owner, (int64_t)l->attempt, lease_s);
+    return leave(s, !good                         ? failure(s, "Renewing a lease")
+                    : ll_pg_changed(&s->link) > 0 ? ll_ok()
+                                                  : ll_store_lost(l));
 }
 
 static ll_status return_chunk(ll_result_store *store, const ll_lease *l)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id, l->chunk,
-                      l->owner, (int64_t)l->attempt);
-    return leave(s, !good ? failure(s, "Returning a chunk") : changed(s) ? ll_ok() : ll_store_lost(l));
+    bool good = ll_pg_query(&s->link, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi",
+                            l->id, l->chunk, l->owner, (int64_t)l->attempt);
+    return leave(s, !good                         ? failure(s, "Returning a chunk")
+                    : ll_pg_changed(&s->link) > 0 ? ll_ok()
+                                                  : ll_store_lost(l));
 }
 
 static ll_status release(ll_result_store *store)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE state=1", "");
+    bool good = ll_pg_query(&s->link, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE state=1", "");
     return leave(s, good ? ll_ok() : failure(s, "Releasing leases"));
 }
 
@@ -486,15 +362,16 @@ static bool copy_rows(postgres_store *s, const char *id, const ll_row *rows, int
 {
     static const char head[] = "PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0", tail[] = "\377\377";
     packet p;
-    bool good = run(s, "COPY result(id,run,status,error,hash,t_s,metrics) FROM STDIN (FORMAT binary)") &&
-                PQputCopyData(s->db, head, sizeof head) == 1;
+    bool good =
+        ll_pg_run(&s->link, "COPY result(id,run,status,error,hash,t_s,metrics) FROM STDIN (FORMAT binary)") &&
+        PQputCopyData(s->link.db, head, sizeof head) == 1;
     for (int64_t i = 0; good && i < count; i++) {
         put_row(&p, id, &rows[i], metrics);
-        good = PQputCopyData(s->db, p.data, p.size) == 1;
+        good = PQputCopyData(s->link.db, p.data, p.size) == 1;
     }
-    good = good && PQputCopyData(s->db, tail, 2) == 1 && PQputCopyEnd(s->db, NULL) == 1;
-    good = good && keep(s, PQgetResult(s->db));
-    for (PGresult *rest; (rest = PQgetResult(s->db));)
+    good = good && PQputCopyData(s->link.db, tail, 2) == 1 && PQputCopyEnd(s->link.db, NULL) == 1;
+    good = good && ll_pg_keep(&s->link, PQgetResult(s->link.db));
+    for (PGresult *rest; (rest = PQgetResult(s->link.db));)
         PQclear(rest);
     return good;
 }
@@ -503,10 +380,11 @@ static ll_status finish(ll_result_store *store, const ll_lease *l, const ll_row 
                         int metrics)
 {
     postgres_store *s = enter(store);
-    bool good = run(s, "BEGIN") && query(s, "UPDATE chunk SET state=2 WHERE " MINE, "titi", l->id, l->chunk,
-                                         l->owner, (int64_t)l->attempt);
-    if (good && !changed(s)) {
-        run(s, "ROLLBACK");
+    bool good =
+        ll_pg_run(&s->link, "BEGIN") && ll_pg_query(&s->link, "UPDATE chunk SET state=2 WHERE " MINE, "titi",
+                                                    l->id, l->chunk, l->owner, (int64_t)l->attempt);
+    if (good && ll_pg_changed(&s->link) == 0) {
+        ll_pg_run(&s->link, "ROLLBACK");
         return leave(s, ll_store_lost(l));
     }
     return leave(s, end(s, good && copy_rows(s, l->id, rows, count, metrics), "Storing rows"));
@@ -530,14 +408,14 @@ static double get_real(const char *at)
 
 static void read_row(const postgres_store *s, int row, ll_row *r)
 {
-    const char *metrics = text_at(s, row, 5);
-    int elements = (PQgetlength(s->result, row, 5) - ARRAY_HEAD) / 12;
+    const char *metrics = ll_pg_text(&s->link, row, 5);
+    int elements = (PQgetlength(s->link.result, row, 5) - ARRAY_HEAD) / 12;
     ll_row_clear(r);
-    r->run = (int64_t)get(text_at(s, row, 0), 8);
-    r->status = (ll_row_status)get(text_at(s, row, 1), 4);
-    snprintf(r->error, sizeof r->error, "%s", text_at(s, row, 2));
-    r->hash = get(text_at(s, row, 3), 8);
-    r->t_s = get_real(text_at(s, row, 4));
+    r->run = (int64_t)get(ll_pg_text(&s->link, row, 0), 8);
+    r->status = (ll_row_status)get(ll_pg_text(&s->link, row, 1), 4);
+    snprintf(r->error, sizeof r->error, "%s", ll_pg_text(&s->link, row, 2));
+    r->hash = get(ll_pg_text(&s->link, row, 3), 8);
+    r->t_s = get_real(ll_pg_text(&s->link, row, 4));
     for (int i = 0; i < elements && i < LL_EXPERIMENT_METRICS_MAX; i++)
         r->metrics[i] = get_real(metrics + ARRAY_HEAD + 12 * i + 4);
 }
@@ -546,11 +424,12 @@ static ll_status read_rows(ll_result_store *store, const char *id, int64_t from,
                            int *count)
 {
     postgres_store *s = enter(store);
-    bool good = binary_query(s,
-                             "SELECT run,status,error,hash,t_s,metrics FROM result WHERE id=$1 AND run>=$2"
-                             " ORDER BY run LIMIT $3",
-                             "tii", id, from, (int64_t)capacity);
-    *count = good ? row_count(s) : 0;
+    bool good =
+        ll_pg_query_binary(&s->link,
+                           "SELECT run,status,error,hash,t_s,metrics FROM result WHERE id=$1 AND run>=$2"
+                           " ORDER BY run LIMIT $3",
+                           "tii", id, from, (int64_t)capacity);
+    *count = good ? ll_pg_rows(&s->link) : 0;
     for (int i = 0; i < *count; i++)
         read_row(s, i, &rows[i]);
     return leave(s, good ? ll_ok() : failure(s, "Reading"));

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "experiment/store/kinds.h"
+#include "postgres/url.h"
 
 const char *const ll_experiment_state_names[] = {"running", "paused", "cancelled", "done", "failed"};
 
@@ -25,7 +26,7 @@ enum { KINDS = sizeof kinds / sizeof kinds[0], ROWS_AT_ONCE = 256 };
 static ll_status refuse(const char *url)
 {
     char name[160];
-    ll_store_name_url(url, name, sizeof name);
+    ll_pg_name_url(url, name, sizeof name);
     if (strncmp(url, "postgres", 8) == 0)
         return ll_field_error(LL_BAD_INPUT, "store", "store %.120s needs a laglab built with libpq", name);
     return ll_field_error(LL_BAD_INPUT, "store",

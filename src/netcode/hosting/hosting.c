@@ -17,7 +17,7 @@ void ll_hosting_init(ll_hosting *h, const ll_hosting_params *params, int players
     for (int i = 0; i < players; i++) {
         h->lease[i] = LL_NEVER;
         h->view[i].target = params->host;
-        h->view[i].lost = h->view[i].told = -1;
+        h->view[i].lost = h->view[i].announced = -1;
         h->view[i].bound = LL_LONG_AGO;
         h->view[i].asked = h->view[i].without = h->view[i].host_from = LL_NEVER;
     }

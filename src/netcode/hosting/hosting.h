@@ -54,7 +54,7 @@ typedef struct ll_host_view {
     uint64_t again;    /* 1: all have been asked in this outage */
     uint64_t tried;    /* bits of players who did not answer in this outage */
     uint64_t heard;    /* bits of players whose candidacy has come */
-    int64_t told;      /* step of the world that the last host left it; -1: none */
+    int64_t announced; /* step of the world that the last host left it; -1: none */
     ll_time without;   /* since when no one has hosted its game; LL_NEVER: someone does */
     ll_candidacy of[LL_PEERS_MAX];
     /* For metrics. */

@@ -187,7 +187,7 @@ static state newest_state(const ll_netgame_run *run, int player)
         ll_snapshot_entry *newest = ll_client_state(c, c->snapshots.received - 1);
         s = (state){newest->tick, ll_snapshot_entry_world(newest)};
     }
-    return v->told > s.tick ? (state){v->told, farewell_of(run)} : s;
+    return v->announced > s.tick ? (state){v->announced, farewell_of(run)} : s;
 }
 
 /* ---- a client without a host ---- */
@@ -327,7 +327,7 @@ static void hear_farewell(ll_netgame_run *run, int player, int from, const ll_ho
         return;
     memcpy(farewell_of(run), world,
            (size_t)run->seat[player].client->layout.world_size); /* the same for all */
-    v->told = m->of.tick;
+    v->announced = m->of.tick;
     lose(run, player);
     ask_now(run, player);
 }
