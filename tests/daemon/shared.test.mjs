@@ -127,6 +127,7 @@ test('an owner that is frozen beyond its lease cannot write when it wakes, and d
   assert.ok(took < 1500 + 1500, `${took} ms`);
   assert.equal((await b.c.patch(session, { 'players.0.lag_ms': 50 })).status, 200);
   acknowledged.push(50);
+  await (await b.c.stream(session)).frame(); // with a viewer B keeps it
   process.kill(a.pid, 'SIGCONT');
   await waitFor(() => viewer.closed, 'the viewer of the old owner to be sent away');
   assert.ok([1012, 1013].includes(viewer.closed.code), `${viewer.closed.code}`);
