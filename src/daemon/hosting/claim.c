@@ -15,15 +15,13 @@
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
-#define GIVE_UP_NS (2500 * LL_MS)         /* then the client is asked to come again */
-#define GIVE_UP_WATCHED_NS (4500 * LL_MS) /* viewers would only come back later, and wait again */
-#define ASK_NS (100 * LL_MS)     /* between two requests to the owner, and two looks whether it is there */
-#define LOOK_NS (10 * LL_MS)     /* between two looks whether an owner has given a session, at least */
-#define LOOK_EACH_NS (2 * LL_MS) /* of all sessions together */
+#define GIVE_UP_NS (2500 * LL_MS) /* then the client is asked to come again */
+#define ASK_NS (100 * LL_MS)      /* between two requests to the owner, and two looks whether it is there */
+#define LOOK_NS (10 * LL_MS)      /* between two looks whether an owner has given a session, at least */
+#define LOOK_EACH_NS (2 * LL_MS)  /* of all sessions together */
 #define LOOK_LONGEST_NS (200 * LL_MS)
-#define WATCHED_NS                                                                                           \
-    (50 * LL_MS) /* between two looks whether a session that waits for its turn has viewers                  \
-                  */
+#define WATCHED_NS (50 * LL_MS) /* between two looks whether a session that waits for its turn has viewers   \
+                                 */
 
 enum {
     CLAIMS = 2,    /* at once: one is at the store, which has one connection for it, and the next is ready */
@@ -185,7 +183,7 @@ static ll_status take_over(ll_session_entry *session_entry, ll_task *task)
             return adopt(session_entry, &claim,
                          p.asked && claim.why == LL_CLAIM_FREE ? LL_CLAIM_GIVEN : claim.why);
         if (p.give_up == 0)
-            p.give_up = ll_host_now() + (ll_viewers_any(session_entry) ? GIVE_UP_WATCHED_NS : GIVE_UP_NS);
+            p.give_up = ll_host_now() + GIVE_UP_NS;
         if (claim.result != LL_CLAIM_HELD || ll_host_now() > p.give_up)
             return refusal(&claim);
         if (ll_task_end_reason(task) != LL_TASK_RUNNING)

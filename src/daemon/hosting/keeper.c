@@ -175,7 +175,6 @@ void ll_keeper_init(ll_host *host)
     pthread_cond_init(&host->sharing.wake, &monotonic);
     pthread_cond_init(&host->sharing.watched_turn, &monotonic);
     pthread_cond_init(&host->sharing.other_turn, &monotonic);
-    pthread_cond_init(&host->sharing.replayed, &monotonic);
     pthread_condattr_destroy(&monotonic);
 }
 
@@ -187,7 +186,6 @@ void ll_keeper_free(ll_host *host)
     pthread_mutex_destroy(&host->sharing.turn);
     pthread_cond_destroy(&host->sharing.watched_turn);
     pthread_cond_destroy(&host->sharing.other_turn);
-    pthread_cond_destroy(&host->sharing.replayed);
 }
 
 ll_status ll_keeper_start(ll_host *host)

@@ -209,8 +209,6 @@ typedef struct ll_host_sharing {
     pthread_mutex_t turn;      /* guards the members of this group: who may ask the store for a session */
     pthread_cond_t watched_turn, other_turn;
     int claiming, watched; /* sessions; `watched` of those that wait have viewers */
-    pthread_cond_t replayed;
-    uint64_t replays_asked, replays_ended; /* of sessions with viewers */
     pthread_t keeper;
     bool keeper_started;
     pthread_mutex_t lock; /* guards all members below */

@@ -4,46 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "daemon/hosting/session_entry.h"
-
-/* ---- replays of claimed sessions ---- */
-
-/* When a daemon has died, hundreds of sessions with viewers have to be replayed. In turns of some
- * milliseconds all of them would be ready at the end; one after the other half of them are ready after half
- * the time. */
-static bool begin_replay(ll_session_entry *session_entry, ll_task *task)
-{
-    ll_host *host = session_entry->host;
-    ll_host_sharing *sharing = &host->sharing;
-    if (!ll_store_is_shared(host->store) || atomic_load(&session_entry->shared.status) >= 0)
-        return false;
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    uint64_t most = (uint64_t)(host->config.work_threads > 0 ? host->config.work_threads
-                               : cores > 0                   ? cores
-                                                             : 1);
-    ll_task_step_aside(task);
-    pthread_mutex_lock(&sharing->turn);
-    uint64_t mine = sharing->replays_asked++;
-    while (mine >= sharing->replays_ended + most && ll_task_end_reason(task) == LL_TASK_RUNNING) {
-        ll_time until = ll_host_now() + LL_SECOND; /* the task may have been stopped */
-        struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
-        pthread_cond_timedwait(&sharing->replayed, &sharing->turn, &deadline);
-    }
-    pthread_mutex_unlock(&sharing->turn);
-    return true;
-}
-
-static void end_replay(ll_host_sharing *sharing)
-{
-    pthread_mutex_lock(&sharing->turn);
-    sharing->replays_ended++;
-    pthread_cond_broadcast(&sharing->replayed);
-    pthread_mutex_unlock(&sharing->turn);
-}
-
-/* ---- tasks ---- */
 
 /* Works in pieces. The session is locked at the call and at the return; false: the task was stopped. */
 static bool run_while_heavy(ll_session_entry *session_entry, ll_task *task)
@@ -72,10 +34,7 @@ static void run_task(void *context, ll_task *task)
 {
     ll_session_entry *session_entry = context;
     ll_session *session;
-    bool replays = begin_replay(session_entry, task);
     ll_status status = ll_session_entry_enter(session_entry, task, &session, NULL);
-    if (replays)
-        end_replay(&session_entry->host->sharing);
     if (!ll_failed(&status)) {
         run_while_heavy(session_entry, task);
         atomic_store(&session_entry->shared.has_task,
