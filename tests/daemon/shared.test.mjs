@@ -1,11 +1,13 @@
 // Several daemons over one PostgreSQL: who is killed, frozen, drained or without its database loses nothing that was acknowledged, and
 // no session is run by two.
 import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
 import { readFileSync, readdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { ownPostgres } from '../lib/chaos.mjs';
 import { client, pause, waitFor } from '../lib/client.mjs';
-import { startDaemon } from '../lib/daemon.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { eventually, freePort, member, metric } from '../lib/group.mjs';
 
 const { missing: skip, call: postgres } = ownPostgres();
@@ -167,6 +169,7 @@ test('an owner that is frozen beyond its lease cannot write when it wakes, and d
   assert.ok(took < 1500 + 1500, `${took} ms`);
   assert.equal((await b.c.patch(session, { 'players.0.lag_ms': 50 })).status, 200);
   acknowledged.push(50);
+  await (await b.c.stream(session)).frame(); // with a viewer B keeps it
   process.kill(a.pid, 'SIGCONT');
   await waitFor(() => viewer.closed, 'the viewer of the old owner to be sent away');
   assert.ok([1012, 1013].includes(viewer.closed.code), `${viewer.closed.code}`);
@@ -176,7 +179,7 @@ test('an owner that is frozen beyond its lease cannot write when it wakes, and d
   assert.ok(Number(refused.headers['retry-after']) >= 1);
   assert.deepEqual(await lags(b.c, session), acknowledged);
   await waitFor(async () => (await a.c.get('/readyz')).status === 200, 'the old owner as a new daemon');
-  assert.equal(await metric(a.c, 'sessions'), 0);
+  await waitFor(async () => (await metric(a.c, 'sessions')) === 0, 'the old owner to drop its session');
   t.diagnostic(`taken over after ${took.toFixed(0)} ms`);
 });
 
@@ -275,6 +278,64 @@ test('a daemon that is started again on its address has its sessions at once', {
   const answer = await again.c.get(session.links.state);
   assert.equal(answer.status, 200, answer.text);
   sameTick(answer.json, state);
+});
+
+test('many requests for sessions that another daemon keeps hold up nothing else', { skip }, async (t) => {
+  const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30 })]);
+  const sessions = await Promise.all(Array.from({ length: 60 }, () => a.c.make({ paused: true })));
+  /* B has just claimed them, for viewers. */
+  for (let i = 0; i < 60; i += 10) await Promise.all(sessions.slice(i, i + 10).map((session) => b.c.stream(session)));
+  const asked = sessions.map((session) => a.c.get(session.links.self));
+  await pause(50);
+  const took = [];
+  for (let i = 0; i < 5; i++) {
+    const begun = performance.now();
+    assert.equal((await a.c.get('/api/v1/scenarios')).status, 200); // a task, as are requests that wait for a session
+    took.push(performance.now() - begun);
+    assert.equal((await a.c.get('/readyz')).status, 200);
+  }
+  const slowest = Math.max(...took);
+  t.diagnostic(`${took.map((ms) => ms.toFixed(0))} ms`);
+  assert.ok(slowest < 600, `${slowest} ms`);
+  for (const answer of await Promise.all(asked)) assert.equal(answer.status, 503, answer.text);
+});
+
+test('a viewer follows a session that has no viewer where it is; without room it is told to come again', { skip }, async (t) => {
+  const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30, args: ['--max-sessions', '1'] })]);
+  const session = await a.c.make({ paused: true }),
+    other = await a.c.make({ paused: true });
+  assert.equal((await b.c.get(session.links.self)).status, 200); // a request that went astray
+  await assert.rejects(b.c.stream(other), /503/);
+  const begun = performance.now();
+  await (await a.c.stream(session)).frame();
+  const took = performance.now() - begun;
+  t.diagnostic(`${took.toFixed(0)} ms`);
+  assert.ok(took < 2000, `${took} ms`);
+});
+
+test('a daemon that starts before its database waits for it, as long as it may', { skip }, async (t) => {
+  const other = ownPostgres().call;
+  try {
+    const its = other('start');
+    other('kill');
+    await assert.rejects(member(its, { args: ['--store-wait-s', '0'] }), /ended with 1: .*not usable/s);
+    const starting = member(its);
+    await pause(500);
+    assert.equal(other('start'), its);
+    const daemon = await starting;
+    t.after(daemon.kill);
+    assert.match(daemon.errors(), /waiting for the store.*not usable/);
+    assert.equal((await daemon.c.get('/readyz')).status, 200);
+    daemon.c.close();
+    await daemon.kill();
+    other('kill');
+    const child = spawn(BINARY, ['serve', '--listen', '127.0.0.1:0', '--store', its], { stdio: ['ignore', 'ignore', 'pipe'] });
+    await once(child.stderr, 'data');
+    child.kill('SIGTERM');
+    assert.deepEqual(await once(child, 'exit'), [0, null]);
+  } finally {
+    other('remove');
+  }
 });
 
 test('another engine is named, and a replay that differs is no session', { skip }, async (t) => {

@@ -109,11 +109,11 @@ void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socke
     (void)pass;
 }
 
-bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
+ll_ws_known ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
     (void)ws;
     (void)upgrade;
-    return false;
+    return LL_WS_UNKNOWN;
 }
 
 /* ---- the host ---- */

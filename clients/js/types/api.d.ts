@@ -942,7 +942,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Readiness probe; 503 while the daemon starts or drains, or when a request has waited for too long. With a PostgreSQL store 404 while it starts, drains or cannot reach the store. */
+        /** Readiness probe; 503 while the daemon starts or drains, or when requests wait and none ends for too long. With a PostgreSQL store 404 while it starts, drains or cannot reach the store. */
         get: operations["readyz"];
         put?: never;
         post?: never;

@@ -13,18 +13,22 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
 
-/* Longer than any task waits for its turn under load: another one does not return its turn. */
 #define STUCK_S 5.0
 
+/* Not work that waits in a queue which goes on, however long: all daemons have such queues when one of them
+ * has died, and must not all be taken out for that. Stuck is a daemon in which nothing has ended for long. A
+ * database that does not answer holds changes until the end of the lease, which has its own answer. */
 static ll_status find_stuck(ll_api *api)
 {
+    double lease_s = ll_store_is_shared(api->store) ? ll_host_lease_s(api->host) : 0;
+    double limit_s = lease_s > STUCK_S ? lease_s : STUCK_S;
     ll_web_server *web_server = atomic_load(&api->web_server);
-    double control_s = web_server ? ll_web_server_get_stats(web_server).control_s : 0;
-    double work_s = ll_tasks_get_stats(api->tasks).longest_s;
-    if (control_s > STUCK_S)
-        return ll_error(LL_UNAVAILABLE, "A short request is unanswered after %.0f s.", control_s);
-    if (work_s > STUCK_S)
-        return ll_error(LL_UNAVAILABLE, "A long request has waited %.0f s for its turn.", work_s);
+    double control_s = web_server ? ll_web_server_get_stats(web_server).stalled_s : 0;
+    double work_s = ll_tasks_get_stats(api->tasks).stalled_s;
+    if (control_s > limit_s)
+        return ll_error(LL_UNAVAILABLE, "Short requests wait, and none was answered for %.0f s.", control_s);
+    if (work_s > limit_s)
+        return ll_error(LL_UNAVAILABLE, "Long requests wait, and none got a turn for %.0f s.", work_s);
     return ll_ok();
 }
 
@@ -32,8 +36,8 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
 {
     ll_api *api = context;
     int phase = atomic_load(&api->phase);
-    ll_status stuck = phase == LL_API_READY ? find_stuck(api) : ll_ok();
     ll_status lease = ll_store_check_lease(api->store);
+    ll_status stuck = phase == LL_API_READY && !ll_failed(&lease) ? find_stuck(api) : ll_ok();
     if (ll_failed(&stuck)) {
         ll_http_problem_later(response, request, 503, 5, &stuck);
     } else if (phase == LL_API_READY && !ll_failed(&lease)) {

@@ -88,7 +88,7 @@ ll_status ll_classes_obtain(ll_classes *classes, const char *id, bool ask, ll_ta
 /* Writes a new class with its names to the shared store. */
 ll_status ll_class_entry_open_shared(ll_class_entry *entry, ll_opened_class *opened);
 /* A viewer wants one that is not here: it is claimed, for when the viewer comes again. */
-bool ll_classes_expect(void *context, ll_stream_kind kind, const char *id);
+ll_ws_known ll_classes_expect(void *context, ll_stream_kind kind, const char *id);
 void ll_classes_share(ll_classes *classes); /* at the start */
 
 /* ---- keep.c ---- */

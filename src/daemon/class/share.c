@@ -234,13 +234,13 @@ static void run_claim(void *context, ll_task *task)
     free(e);
 }
 
-bool ll_classes_expect(void *context, ll_stream_kind kind, const char *id)
+ll_ws_known ll_classes_expect(void *context, ll_stream_kind kind, const char *id)
 {
     ll_classes *classes = context;
     expected *e = ll_store_is_shared(classes->store) && ll_is_id(id) ? malloc(sizeof *e) : NULL;
     (void)kind;
     if (!e)
-        return false;
+        return LL_WS_UNKNOWN;
     ll_task_spec spec = {.client = "the daemon", .own = true, .run = run_claim, .context = e};
     e->classes = classes;
     snprintf(e->id, sizeof e->id, "%s", id);
@@ -248,7 +248,7 @@ bool ll_classes_expect(void *context, ll_stream_kind kind, const char *id)
     ll_status status = ll_tasks_add(classes->tasks, &spec, NULL);
     if (ll_failed(&status))
         free(e);
-    return false;
+    return LL_WS_LATER;
 }
 
 void ll_classes_hand_over(ll_classes *classes)

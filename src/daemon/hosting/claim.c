@@ -2,7 +2,11 @@
  *
  * A session that is not here is first registered by its id alone, so that viewers can already be accepted:
  * their hello follows when it is claimed. Only tasks ask the store. The first one claims; the others
- * wait for the session's lock. */
+ * wait for the session's lock.
+ *
+ * When a daemon has died, the others claim hundreds of sessions at once, of which many wait for an owner. So
+ * a task that claims holds no turn of the tasks, only a few ask the store at once, first for those with
+ * viewers, and the more wait for owners, the rarer each looks. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,8 +14,17 @@
 
 #include "daemon/hosting/session_entry.h"
 
-#define ASK_NS (100 * LL_MS) /* between two requests to the owner, and two looks whether it is there */
-#define LOOK_NS (10 * LL_MS) /* between two claims */
+#define ASK_NS (100 * LL_MS)     /* between two requests to the owner, and two looks whether it is there */
+#define LOOK_NS (10 * LL_MS)     /* between two looks whether an owner has given a session, at least */
+#define LOOK_EACH_NS (2 * LL_MS) /* of all sessions together */
+#define LOOK_LONGEST_NS (200 * LL_MS)
+#define WATCHED_NS (50 * LL_MS) /* between two looks whether a session that waits for its turn has viewers   \
+                                 */
+
+enum {
+    CLAIMS = 2,    /* at once: one is at the store, which has one connection for it, and the next is ready */
+    REQUESTS = 32, /* that wait for claims: a part of the tasks that may be started */
+};
 
 /* ---- claiming; the session is locked ---- */
 
@@ -74,6 +87,64 @@ static ll_status wait_for_release(ll_host *host)
     return ll_store_get_outcome(host->store, ticket) == LL_STORE_LOST ? ll_ok() : status;
 }
 
+/* ---- turns at the store ---- */
+
+static struct timespec from_now(ll_time ns)
+{
+    ll_time until = ll_host_now() + ns;
+    return (struct timespec){.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
+}
+
+static void take_claim_turn(ll_session_entry *session_entry)
+{
+    ll_host_sharing *sharing = &session_entry->host->sharing;
+    bool watched = false;
+    pthread_mutex_lock(&sharing->turn);
+    for (;;) {
+        if (!watched && ll_viewers_any(session_entry)) {
+            watched = true;
+            sharing->watched++;
+        }
+        if (sharing->claiming < CLAIMS && (watched || sharing->watched == 0))
+            break;
+        struct timespec deadline = from_now(WATCHED_NS);
+        pthread_cond_timedwait(watched ? &sharing->watched_turn : &sharing->other_turn, &sharing->turn,
+                               &deadline);
+    }
+    sharing->watched -= watched;
+    sharing->claiming++;
+    pthread_mutex_unlock(&sharing->turn);
+}
+
+static void end_claim_turn(ll_host_sharing *sharing)
+{
+    pthread_mutex_lock(&sharing->turn);
+    sharing->claiming--;
+    pthread_cond_signal(sharing->watched > 0 ? &sharing->watched_turn : &sharing->other_turn);
+    pthread_mutex_unlock(&sharing->turn);
+}
+
+static ll_status claim_in_turn(ll_session_entry *session_entry, ll_claim *claim)
+{
+    ll_host *host = session_entry->host;
+    take_claim_turn(session_entry);
+    ll_status status = ll_store_check_lease(host->store);
+    LL_THEN(status, ll_host_check_group(host, session_entry->identity.id));
+    LL_THEN(status, ll_store_claim(host->store, session_entry->identity.id, claim));
+    end_claim_turn(&host->sharing);
+    return status;
+}
+
+/* ---- sessions of other owners ---- */
+
+/* Until the next look. */
+static void wait_for_owner(ll_host_sharing *sharing)
+{
+    ll_time ns = LOOK_EACH_NS * (atomic_fetch_add(&sharing->pursued, 1) + 1);
+    rest(ns < LOOK_NS ? LOOK_NS : ns > LOOK_LONGEST_NS ? LOOK_LONGEST_NS : ns);
+    atomic_fetch_sub(&sharing->pursued, 1);
+}
+
 ll_status ll_pursuit_press(ll_host *host, const char *id, const ll_claim *claim, ll_pursuit *p)
 {
     ll_store *store = host->store;
@@ -93,15 +164,16 @@ static ll_status take_over(ll_session_entry *session_entry, ll_task *task)
 {
     ll_host *host = session_entry->host;
     ll_claim claim;
-    ll_pursuit p = {.give_up = ll_host_now() + LL_PURSUIT_NS};
+    ll_pursuit p = {0};
+    ll_task_step_aside(task);
     LL_TRY(wait_for_release(host));
     for (;;) {
-        LL_TRY(ll_store_check_lease(host->store));
-        LL_TRY(ll_host_check_group(host, session_entry->identity.id));
-        LL_TRY(ll_store_claim(host->store, session_entry->identity.id, &claim));
+        LL_TRY(claim_in_turn(session_entry, &claim));
         if (claim.result == LL_CLAIM_DONE)
             return adopt(session_entry, &claim,
                          p.asked && claim.why == LL_CLAIM_FREE ? LL_CLAIM_GIVEN : claim.why);
+        if (p.give_up == 0)
+            p.give_up = ll_host_now() + LL_PURSUIT_NS;
         if ((claim.result != LL_CLAIM_HELD && claim.result != LL_CLAIM_CLASS) || ll_host_now() > p.give_up)
             return ll_claim_refusal(&claim);
         if (ll_task_end_reason(task) != LL_TASK_RUNNING)
@@ -110,7 +182,7 @@ static ll_status take_over(ll_session_entry *session_entry, ll_task *task)
                    ? ll_host_obtain_group(host, claim.class_id, task)
                    : ll_pursuit_press(host, session_entry->identity.id, &claim, &p));
         if (!claim.over)
-            rest(LOOK_NS);
+            wait_for_owner(&host->sharing);
     }
 }
 
@@ -147,6 +219,11 @@ static ll_status find_or_register(ll_host *host, const char *id, bool *made, ll_
     ll_status status = ll_ok();
     pthread_mutex_lock(&host->sharing.adding);
     *result = ll_host_find(host, id);
+    if (*result && atomic_load(&(*result)->shared.dropped)) {
+        ll_host_unregister(host, *result); /* who dropped it would do so in a moment */
+        ll_session_entry_release(*result);
+        *result = NULL;
+    }
     *made = *result == NULL;
     if (*made)
         status = register_id(host, id, result);
@@ -181,11 +258,21 @@ static bool goes_on_without(ll_session_entry *session_entry, const ll_status *st
     return !ll_failed(&started);
 }
 
+static ll_status lock_to_claim(ll_session_entry *session_entry, ll_task *task)
+{
+    ll_status status = ll_session_entry_lock(session_entry, NULL);
+    while (status.code == LL_INTERRUPTED && ll_task_end_reason(task) == LL_TASK_RUNNING) {
+        ll_task_step_aside(task);
+        status = ll_session_entry_lock(session_entry, NULL);
+    }
+    return status;
+}
+
 /* *again: the entry was dropped before it could be locked; another one may do. */
 static ll_status settle(ll_session_entry *session_entry, ll_task *task, bool *again)
 {
     bool dropped = false;
-    ll_status status = ll_session_entry_lock(session_entry, task);
+    ll_status status = lock_to_claim(session_entry, task);
     *again = ll_failed(&status) && status.code != LL_INTERRUPTED;
     if (ll_failed(&status))
         return status;
@@ -213,25 +300,30 @@ static void run_claim(void *context, ll_task *task)
     ll_session_entry_release(context);
 }
 
-bool ll_host_expect(ll_host *host, const char *id)
+static ll_status start_first_claim(ll_host *host, ll_session_entry *session_entry)
+{
+    ll_status status = start_claim(session_entry);
+    if (ll_failed(&status))
+        ll_host_forget(host, session_entry, status.text);
+    return status;
+}
+
+ll_ws_known ll_host_expect(ll_host *host, const char *id)
 {
     bool made;
     ll_session_entry *session_entry = NULL;
     if (!ll_store_is_shared(host->store) || !ll_is_id(id))
-        return false;
+        return LL_WS_UNKNOWN;
     ll_status status = find_or_register(host, id, &made, &session_entry);
     if (ll_failed(&status))
-        return false;
-    if (made) {
-        status = start_claim(session_entry);
-        if (ll_failed(&status))
-            ll_host_forget(host, session_entry, status.text);
-    }
+        return LL_WS_LATER;
+    if (made)
+        status = start_first_claim(host, session_entry);
     ll_session_entry_release(session_entry);
-    return !ll_failed(&status);
+    return ll_failed(&status) ? LL_WS_LATER : LL_WS_OPEN;
 }
 
-static bool on_unknown(void *context, ll_stream_kind kind, const char *id)
+static ll_ws_known on_unknown(void *context, ll_stream_kind kind, const char *id)
 {
     (void)kind;
     return ll_host_expect(context, id);
@@ -258,6 +350,23 @@ static bool is_ready(ll_session_entry *session_entry)
     return session_entry && atomic_load(&session_entry->shared.claimed) && !is_stale(session_entry);
 }
 
+/* Waits for the claim; with too many that wait, the client is asked to come again, and the claim goes on. */
+static ll_status wait_for_claim(ll_host *host, ll_session_entry *session_entry, bool made, ll_task *task,
+                                bool *again)
+{
+    ll_status status =
+        ll_error(LL_UNAVAILABLE, "This daemon takes over many sessions, and this one soon; try again.");
+    *again = false;
+    if (atomic_fetch_add(&host->sharing.requests, 1) < REQUESTS) {
+        status = settle(session_entry, task, again);
+    } else if (made) {
+        ll_status started = start_first_claim(host, session_entry);
+        status = ll_failed(&started) ? started : status;
+    }
+    atomic_fetch_sub(&host->sharing.requests, 1);
+    return status;
+}
+
 static ll_status obtain(ll_host *host, const char *id, ll_task *task, ll_session_entry **result)
 {
     bool made, again = true;
@@ -272,7 +381,7 @@ static ll_status obtain(ll_host *host, const char *id, ll_task *task, ll_session
             ll_host_forget(host, *result, "the daemon lost its lease");
             status = ll_error(LL_UNAVAILABLE, "This daemon has lost its lease on the session; try again.");
         } else {
-            status = settle(*result, task, &again);
+            status = wait_for_claim(host, *result, made, task, &again);
         }
         if (!ll_failed(&status))
             return status;

@@ -121,6 +121,7 @@ bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char
     ll_session_entry_count_memory(session_entry, 0);
     atomic_store(&session_entry->shared.status, -1);
     ll_ws_stream_close(session_entry->stream, code, reason);
+    atomic_store(&session_entry->shared.dropped, true);
     return true;
 }
 

@@ -14,6 +14,8 @@ static const ll_param rows[] = {
      .help =
          "Where the other daemons of a PostgreSQL store reach this one: http://HOST:PORT. Empty: this daemon "
          "is alone, or its sessions wait for the end of its lease when it is killed."},
+    {ROW(store_wait_s, LL_PARAM_REAL), .min = 0, .max = 1e9, .default_value = 60, .unit = "s",
+     .help = "How long a start waits for a PostgreSQL store that does not answer; then it fails."},
     {ROW(lease_s, LL_PARAM_REAL), .min = 0.5, .max = 3600, .default_value = 10, .unit = "s",
      .help = "With a PostgreSQL store: other daemons take over the sessions of one that was silent for this "
              "time. A daemon that cannot reach the store stops its sessions after 0.6 of it."},

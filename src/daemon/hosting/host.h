@@ -28,6 +28,7 @@ typedef struct ll_host_config {
     char data[512];  /* folder of the database; `memory`: nothing is stored */
     char store[512]; /* URL of the experiments' store, and of the sessions' if PostgreSQL; empty: in `data` */
     char url[LL_STORE_URL_MAX + 1]; /* where other daemons of the store reach this one; empty: not at all */
+    double store_wait_s;            /* for a shared store, at the start */
     double lease_s;                 /* of this daemon on the sessions that it has of a shared store */
     char scenarios[512];            /* folder of the library */
     char api[512];                  /* folder of openapi.yaml and asyncapi.yaml */
@@ -94,6 +95,7 @@ void ll_host_free(ll_host *host);                /* after the web server was clo
 ll_time ll_host_now(void); /* monotonic */
 const ll_host_config *ll_host_get_config(const ll_host *host);
 ll_host_stats ll_host_get_stats(ll_host *host);
+double ll_host_lease_s(const ll_host *host); /* of a shared store */
 
 /* ---- sessions ---- */
 

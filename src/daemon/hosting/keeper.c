@@ -13,6 +13,7 @@
 #include "daemon/support/log.h"
 
 #define LOOK_NS (50 * LL_MS)
+#define KEEP_UNWATCHED_NS (500 * LL_MS) /* without viewers: those are at the daemon that asks */
 /* Between two sessions at the end, so that the others do not get all at once. */
 #define EACH_NS (10 * LL_MS)
 #define LONGEST_NS (5 * LL_SECOND)
@@ -90,6 +91,12 @@ static void freeze(ll_host *host, bool frozen)
     free_all(all, count);
 }
 
+static bool was_kept(ll_session_entry *session_entry)
+{
+    ll_time keep = ll_viewers_any(session_entry) ? LL_KEEP_NS : KEEP_UNWATCHED_NS;
+    return ll_host_now() - session_entry->claimed_at >= keep;
+}
+
 /* A session that the store says is here, but is not, is claimed first: then it is here, and the next wish is
  * fulfilled. */
 static void fulfil(ll_host *host, const char *id)
@@ -99,8 +106,7 @@ static void fulfil(ll_host *host, const char *id)
     ll_session_entry *session_entry = ll_host_find(host, id);
     if (!session_entry)
         ll_host_expect(host, id);
-    else if (atomic_load(&session_entry->shared.claimed) &&
-             ll_host_now() - session_entry->claimed_at >= LL_KEEP_NS)
+    else if (atomic_load(&session_entry->shared.claimed) && was_kept(session_entry))
         give(session_entry); /* it is asked for again if it is busy */
     ll_session_entry_release(session_entry);
 }
@@ -164,9 +170,12 @@ void ll_keeper_init(ll_host *host)
     pthread_condattr_t monotonic;
     pthread_mutex_init(&host->sharing.adding, NULL);
     pthread_mutex_init(&host->sharing.lock, NULL);
+    pthread_mutex_init(&host->sharing.turn, NULL);
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_cond_init(&host->sharing.wake, &monotonic);
+    pthread_cond_init(&host->sharing.watched_turn, &monotonic);
+    pthread_cond_init(&host->sharing.other_turn, &monotonic);
     pthread_condattr_destroy(&monotonic);
 }
 
@@ -175,6 +184,9 @@ void ll_keeper_free(ll_host *host)
     pthread_mutex_destroy(&host->sharing.adding);
     pthread_mutex_destroy(&host->sharing.lock);
     pthread_cond_destroy(&host->sharing.wake);
+    pthread_mutex_destroy(&host->sharing.turn);
+    pthread_cond_destroy(&host->sharing.watched_turn);
+    pthread_cond_destroy(&host->sharing.other_turn);
 }
 
 ll_status ll_keeper_start(ll_host *host)

@@ -285,6 +285,11 @@ static void count(ll_host_stats *stats, ll_session_entry *session_entry)
         stats->parked++;
 }
 
+double ll_host_lease_s(const ll_host *host)
+{
+    return host->config.lease_s;
+}
+
 ll_host_stats ll_host_get_stats(ll_host *host)
 {
     ll_host_stats stats = {

@@ -73,6 +73,7 @@ typedef struct ll_entry_shared {
     _Atomic uint32_t cancels;      /* counts events that make a background tick useless */
     atomic_bool
         claimed; /* it is known who the session is: false only of a shared store, until it is claimed */
+    atomic_bool dropped; /* its stream is closed; it is about to leave the registry */
 } ll_entry_shared;
 
 /* What the store has of a session. */
@@ -203,6 +204,11 @@ enum { LL_HOST_WISHES = 256 };
 typedef struct ll_host_sharing {
     pthread_mutex_t adding;    /* held while a session is registered by its id alone, with its stream */
     _Atomic uint64_t released; /* ticket of the last session that was given away */
+    atomic_int pursued;        /* sessions that wait for their owner */
+    atomic_int requests;       /* that wait for a claim */
+    pthread_mutex_t turn;      /* guards the members of this group: who may ask the store for a session */
+    pthread_cond_t watched_turn, other_turn;
+    int claiming, watched; /* sessions; `watched` of those that wait have viewers */
     pthread_t keeper;
     bool keeper_started;
     pthread_mutex_t lock; /* guards all members below */
@@ -330,8 +336,8 @@ bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *
 /* ---- claim.c ---- */
 
 /* The daemon gets a viewer of a session that is not here: registers it, so that it has a stream, and starts
- * the task that claims it. False: no session can have this id, or the store is not shared. */
-bool ll_host_expect(ll_host *host, const char *id);
+ * the task that claims it. LL_WS_UNKNOWN: no session can have this id, or the store is not shared. */
+ll_ws_known ll_host_expect(ll_host *host, const char *id);
 
 /* ---- group.c ---- */
 

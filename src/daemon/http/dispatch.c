@@ -37,6 +37,9 @@ void ll_http_run_handler(http_exchange *exchange)
 static http_exchange *next_job(ll_http *http, int64_t *busy_since)
 {
     pthread_mutex_lock(&http->job_lock);
+    if (*busy_since != 0) {
+        http->ended_ns = ll_http_now();
+    }
     *busy_since = 0;
     while (http->first_job == NULL && !http->jobs_end) {
         pthread_cond_wait(&http->job_there, &http->job_lock);
@@ -194,7 +197,9 @@ ll_http_counted ll_http_counts(ll_http *http)
         counted.control += http->busy_since[i] != 0;
         oldest = http->busy_since[i] != 0 && http->busy_since[i] < oldest ? http->busy_since[i] : oldest;
     }
+    int64_t stalled = now - (http->ended_ns > oldest ? http->ended_ns : oldest);
     pthread_mutex_unlock(&http->job_lock);
     counted.control_s = (double)(now - oldest) * 1e-9;
+    counted.stalled_s = (double)stalled * 1e-9;
     return counted;
 }

@@ -152,6 +152,7 @@ typedef struct ll_http_counted {
     uint64_t refused_answers, answer_bytes;
     int control;      /* requests for the pool, waiting or running */
     double control_s; /* age of the oldest of them */
+    double stalled_s; /* since there are some and none ended */
 } ll_http_counted;
 
 ll_http_counted ll_http_counts(ll_http *http);

@@ -96,6 +96,7 @@ struct ll_http {
     int control_threads;
     pthread_t control[64];
     int64_t busy_since[64]; /* of each thread; 0: it waits */
+    int64_t ended_ns;       /* when one of them last ended a job */
 };
 
 int64_t ll_http_now(void);

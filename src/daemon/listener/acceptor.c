@@ -180,7 +180,7 @@ static void route(ll_acceptor *acceptor, pending_connection *a, const ll_head *h
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(head, &acceptor->allow, &upgrade, &status);
-    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade);
+    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade) == LL_WS_OPEN;
     hand_over(acceptor, a, stream ? &upgrade : NULL, head->size);
 }
 

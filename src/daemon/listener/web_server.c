@@ -136,6 +136,7 @@ ll_web_server_stats ll_web_server_get_stats(ll_web_server *web_server)
     stats.answer_bytes = counted.answer_bytes;
     stats.control = counted.control;
     stats.control_s = counted.control_s;
+    stats.stalled_s = counted.stalled_s;
     return stats;
 }
 

@@ -35,6 +35,7 @@ typedef struct ll_web_server_stats {
     uint64_t connections;                   /* open now, of every kind */
     int control;                            /* requests for the thread pool */
     double control_s;                       /* age of the oldest of them */
+    double stalled_s;                       /* since there are some and none ended */
     ll_ws_stats ws;
 } ll_web_server_stats;
 

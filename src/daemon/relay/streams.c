@@ -39,7 +39,7 @@ static relay_source *new_source(relay_streams *streams, ll_stream_kind kind, con
 }
 
 /* Any id: whether the owner has it is known later. */
-static bool on_unknown(void *context, ll_stream_kind kind, const char *id)
+static ll_ws_known on_unknown(void *context, ll_stream_kind kind, const char *id)
 {
     relay_streams *streams = context;
     bool opened = false;
@@ -62,7 +62,7 @@ static bool on_unknown(void *context, ll_stream_kind kind, const char *id)
     pthread_mutex_unlock(&streams->lock);
     if (opened)
         ll_upstreams_wake(streams->upstreams);
-    return opened;
+    return opened ? LL_WS_OPEN : LL_WS_UNKNOWN;
 }
 
 /* ---- viewers ---- */

@@ -24,8 +24,10 @@
 #include "experiment/store/result_store.h"
 #include "library/program.h"
 
-#define FORCED_EXIT_S 0.7 /* after the time that viewers have to close */
-#define NOTICE_S 0.7      /* in which proxies see that a daemon of a shared store drains */
+#define FORCED_EXIT_S 0.7         /* after the time that viewers have to close */
+#define SHARED_CONTROL_THREADS 32 /* most of them wait for a commit */
+#define STORE_RETRY_NS 250000000
+#define NOTICE_S 0.7 /* in which proxies see that a daemon of a shared store drains */
 
 typedef struct daemon_parts {
     ll_web_server_config web_server_config;
@@ -77,17 +79,42 @@ static const char *shared_url(const daemon_parts *d)
                                                                                                    : NULL;
 }
 
+/* After a power failure a daemon may start before its database. */
+static ll_status wait_for_store(daemon_parts *d, const ll_shared_config *config)
+{
+    static const struct timespec pause = {.tv_nsec = STORE_RETRY_NS};
+    struct timespec begun, now;
+    clock_gettime(CLOCK_MONOTONIC, &begun);
+    ll_status status = ll_store_open_shared(config, &d->store);
+    if (status.code == LL_UNAVAILABLE && d->host_config.store_wait_s > 0)
+        ll_log_write("warn", "waiting for the store", "%s The start goes on when it answers; at most %g s.",
+                     status.text, d->host_config.store_wait_s);
+    while (status.code == LL_UNAVAILABLE) {
+        int got = sigtimedwait(&d->signals, NULL, &pause);
+        if (got > 0)
+            return ll_error(LL_INTERRUPTED, "%s while waiting for the store: %s", ll_process_signal_name(got),
+                            status.text);
+        clock_gettime(CLOCK_MONOTONIC, &now);
+        if ((double)(now.tv_sec - begun.tv_sec) >= d->host_config.store_wait_s)
+            return status;
+        status = ll_store_open_shared(config, &d->store);
+    }
+    return status;
+}
+
 /* Then the folder is for temporary files only, and need not be. */
 static ll_status open_shared(daemon_parts *d)
 {
     char *folder = d->host_config.data;
     ll_shared_config config = {
         .url = shared_url(d), .address = d->host_config.url, .lease_s = d->host_config.lease_s};
+    if (d->web_server_config.control_threads == 0)
+        d->web_server_config.control_threads = SHARED_CONTROL_THREADS;
     if (folder[0] && strcmp(folder, "memory") != 0)
         mkdir(folder, 0700);
     if (access(folder, W_OK | X_OK) != 0)
         folder[0] = '\0';
-    return ll_store_open_shared(&config, &d->store);
+    return wait_for_store(d, &config);
 }
 
 /* A folder that was given must work; the default one may be missing. */
@@ -248,6 +275,10 @@ int ll_serve(const ll_serve_config *config)
     if (ll_failed(&status)) {
         stop(d);
         free(d);
+        if (status.code == LL_INTERRUPTED) {
+            ll_log_write("info", "stopping", "%s", status.text);
+            return 0;
+        }
         return print_error(&status, status.code == LL_BAD_INPUT ? 2 : 1);
     }
     printf("laglab listening on http://%s/\n", ll_web_server_address(d->web_server));

@@ -82,12 +82,14 @@ static bool count_lines(pg_link *link, ll_stored *row)
     return true;
 }
 
-/* Why the claim got nothing. */
-static bool explain(postgres_store *s, const char *id, const pg_self *self, ll_claim *claim)
+/* Who has it. *may: a claim would get it. This only reads: a claim locks the daemon's row, and so is a commit
+ * with a write to the disk, also when it gets nothing. */
+static bool look(postgres_store *s, const char *id, const pg_self *self, ll_claim *claim, bool *may)
 {
+    *may = false;
     pg_link *link = &s->reader;
     if (!ll_pg_query(link,
-                     "SELECT s.engine, s.owner, d.url, d.lease_until<now(),"
+                     "SELECT s.engine, s.owner, d.url, d.lease_until<now(), d.state='dead',"
                      " (SELECT state='up' FROM daemon WHERE inc=$2::bigint AND token=$3::uuid),"
                      " (SELECT c.id FROM class c WHERE c.stem=left($1,10)"
                      " AND c.owner IS DISTINCT FROM $2::bigint)"
@@ -102,11 +104,13 @@ static bool explain(postgres_store *s, const char *id, const pg_self *self, ll_c
     snprintf(claim->url, sizeof claim->url, "%s", ll_pg_text(link, 0, 2));
     claim->owner = ll_pg_null(link, 0, 1) ? 0 : ll_pg_whole(link, 0, 1);
     claim->over = ll_pg_true(link, 0, 3);
-    snprintf(claim->class_id, sizeof claim->class_id, "%s", ll_pg_text(link, 0, 5));
+    snprintf(claim->class_id, sizeof claim->class_id, "%s", ll_pg_text(link, 0, 6));
     claim->result = strcmp(claim->engine, s->engine) != 0 ? LL_CLAIM_ENGINE
-                    : !ll_pg_true(link, 0, 4)             ? LL_CLAIM_REFUSED
-                    : !ll_pg_null(link, 0, 5)             ? LL_CLAIM_CLASS
+                    : !ll_pg_true(link, 0, 5)             ? LL_CLAIM_REFUSED
+                    : !ll_pg_null(link, 0, 6)             ? LL_CLAIM_CLASS
                                                           : LL_CLAIM_HELD;
+    *may = claim->result == LL_CLAIM_HELD &&
+           (claim->owner == 0 || claim->owner == self->daemon || ll_pg_true(link, 0, 4));
     return true;
 }
 
@@ -118,12 +122,15 @@ ll_status ll_pg_claim(ll_store *store, const char *id, ll_claim *claim)
     if (self.daemon == 0)
         return ll_ok();
     ll_pg_enter(s, &s->reader);
-    bool good = ll_pg_query(&s->reader, claim_sql, "ittt", self.daemon, self.token, id, s->engine);
-    if (good && PQntuples(s->reader.result) > 0) {
+    bool may, good = look(s, id, &self, claim, &may);
+    bool claims = good && may;
+    good = good &&
+           (!claims || ll_pg_query(&s->reader, claim_sql, "ittt", self.daemon, self.token, id, s->engine));
+    if (good && claims && PQntuples(s->reader.result) > 0) {
         read_claim(&s->reader, id, self.daemon, claim);
         good = count_lines(&s->reader, &claim->row);
-    } else if (good) {
-        good = explain(s, id, &self, claim);
+    } else if (good && claims) { /* another daemon was faster */
+        good = look(s, id, &self, claim, &may);
     }
     return READ(s, good, "Claiming a session");
 }

@@ -225,11 +225,14 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
     /* It may have been closed since the upgrade was accepted. */
-    ll_ws_stream *stream = ll_ws_find_or_open(ws, viewer->upgrade.kind, viewer->upgrade.id);
+    ll_ws_stream *stream;
+    ll_ws_known known = ll_ws_find_or_open(ws, viewer->upgrade.kind, viewer->upgrade.id, &stream);
     viewer->opened_ns = viewer->messages.tokens_ns = thread->now_ns;
     viewer->messages.tokens = 2 * ws->config.max_messages_per_s;
     if (stream == NULL) {
-        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "deleted");
+        bool later = known == LL_WS_LATER;
+        ll_ws_viewer_close(viewer, later ? LL_WS_TRY_LATER : LL_WS_NO_SESSION,
+                           later ? "it is not here now; try again" : "deleted");
         return;
     }
     if (stream->viewer_count >= ws->config.max_viewers) {

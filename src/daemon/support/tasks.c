@@ -61,6 +61,7 @@ struct ll_tasks {
     account *accounts;
     int turns, running, overdue, starting, count, started, threads, idle;
     uint64_t serial;
+    int64_t last_turn; /* when the last turn was given */
     bool draining, ended;
     uint64_t done, broken, refused;
 };
@@ -165,7 +166,7 @@ static void give_turns(ll_tasks *p)
         t->state = t->started ? RUNNING : STARTING;
         LL_ASSERT(t->session->of == t->client); /* an account of this client */
         t->turn = t->session->turn = t->client->turn = ++p->serial;
-        t->since = now_ns();
+        t->since = p->last_turn = now_ns();
         p->running++;
         if (t->started) {
             pthread_cond_signal(&t->its_turn);
@@ -315,6 +316,19 @@ bool ll_task_yield(ll_task *t)
     return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }
 
+void ll_task_step_aside(ll_task *t)
+{
+    ll_tasks *p = t->tasks;
+    pthread_mutex_lock(&p->lock);
+    if (t->state == RUNNING) {
+        end_turn(p, t);
+        t->state = OVERDUE;
+        p->overdue++;
+        give_turns(p);
+    }
+    pthread_mutex_unlock(&p->lock);
+}
+
 ll_task_end ll_task_end_reason(const ll_task *t)
 {
     return (ll_task_end)atomic_load(&t->ending);
@@ -450,10 +464,12 @@ ll_tasks_stats ll_tasks_get_stats(ll_tasks *p)
     for (const ll_task *t = p->first; t; t = t->next)
         if (t->state == WAITING && may_start(p, t) && now - t->since > longest)
             longest = now - t->since;
+    int64_t stalled = now - p->last_turn < longest ? now - p->last_turn : longest;
     int running = p->running + p->overdue;
     ll_tasks_stats stats = {.running = running,
                             .waiting = p->count - running,
                             .longest_s = (double)longest * 1e-9,
+                            .stalled_s = (double)stalled * 1e-9,
                             .done = p->done,
                             .ended = p->broken,
                             .refused = p->refused};

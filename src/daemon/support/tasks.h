@@ -44,6 +44,7 @@ typedef struct ll_task_spec {
 typedef struct ll_tasks_stats {
     int running, waiting; /* waiting: for their next turn */
     double longest_s;     /* longest present wait of a task for tasks of other clients */
+    double stalled_s;     /* since tasks wait and none got a turn; 0 while turns go round */
     uint64_t done, ended; /* since the start; ended: before they were done */
     uint64_t refused;
 } ll_tasks_stats;
@@ -59,6 +60,9 @@ void ll_task_stop(ll_task *task, ll_task_end why); /* keeps the first reason */
 /* ---- called by the task ---- */
 
 bool ll_task_yield(ll_task *task); /* may wait for the next turn */
+/* Gives the turn to others before it waits for something else than the processor, as a database: it goes on
+ * without a turn until it yields. A lock may be held. */
+void ll_task_step_aside(ll_task *task);
 ll_task_end ll_task_end_reason(const ll_task *task);
 double ll_task_used_s(const ll_task *task); /* processor time so far */
 /* The error to answer with when it was stopped; `how_far` is the progress, as in the text of
