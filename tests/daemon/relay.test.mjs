@@ -315,6 +315,8 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const loop = await startDaemon({ of: `http://127.0.0.1:${port}`, listen: `127.0.0.1:${port}` });
     const answer = await fetch(new URL('/api/v1/sessions/a/state', loop.url));
     assert.equal(answer.status, 508);
+    const untrue = await fetch(new URL('/api/v1/sessions/a/state', loop.url), { headers: { 'x-laglab-hops': '-1000000' } });
+    assert.equal(untrue.status, 508);
     assert.equal((await loop.stop()).code, 0, loop.errors());
   });
 });
