@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { createServer } from 'node:http';
+import { connect, createServer as createTcpServer } from 'node:net';
 import { after, before, describe, test } from 'node:test';
 import { WebSocketServer } from 'ws';
 import '../lib/inflate_raw.mjs';
@@ -324,6 +325,66 @@ describe('relays', { skip, concurrency: 4 }, () => {
     server.close();
   });
 
+  /** An owner behind a port that can stop passing bytes on. @param {any} t */
+  const throttled = async (t) => {
+    /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. */
+    const way = { of: /** @type {'all' | 'head' | 'unread'} */ ('all') };
+    const ends = /** @type {import('node:net').Socket[]} */ ([]);
+    const server = createTcpServer((near) => {
+      const { of } = way,
+        end = connect(Number(new URL(owner.url).port), '127.0.0.1');
+      let headed = false;
+      ends.push(near, end);
+      for (const one of [near, end]) one.on('error', () => {}).on('close', () => [near, end].forEach((each) => each.destroy()));
+      near.on('data', (bytes) => end.write(bytes));
+      end.on('data', (bytes) => {
+        const head = bytes.indexOf('\r\n\r\n');
+        if (of === 'all' || !headed) near.write(of === 'head' ? bytes.subarray(0, head + 4) : bytes);
+        headed = true;
+        if (of === 'unread') near.pause();
+      });
+    });
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(undefined)));
+    t.after(() => {
+      for (const one of ends) one.destroy();
+      server.close();
+    });
+    const { port } = /** @type {import('node:net').AddressInfo} */ (server.address());
+    const relay = await startDaemon({ of: `http://127.0.0.1:${port}`, args: ['--max-messages-per-s', '100000'] });
+    t.after(async () => assert.equal((await relay.stop()).code, 0, relay.errors()));
+    return { relay, way };
+  };
+
+  test('who joins gets a hello though the connection for a newer one is mute', async (t) => {
+    const { relay, way } = await throttled(t);
+    const session = await http.make({ speed: 1 });
+    const first = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
+    await first.frame();
+    way.of = 'head';
+    assert.equal((await http.patch(session, { 'players.0.lag_ms': 77 })).status, 200);
+    await pause(1000);
+    const second = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
+    await second.frame();
+    await Promise.all([first.close(), second.close()]);
+  });
+
+  test('messages for an owner that does not read end, and do not fill the memory', async (t) => {
+    const { relay, way } = await throttled(t);
+    const session = await http.make({ paused: true });
+    const viewer = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
+    await viewer.frame();
+    way.of = 'unread';
+    const text = JSON.stringify({ none: 'x'.repeat(60000) });
+    const refused = () => viewer.messages.find((message) => /does not read/.test(JSON.stringify(message)));
+    let sent = 0;
+    for (; sent < 600 && !refused() && !viewer.closed; sent++) {
+      viewer.say(text);
+      if (sent % 4 === 3) await pause(25);
+    }
+    await waitFor(refused, `an error after ${sent} messages: ${JSON.stringify(viewer.closed)}`);
+    await viewer.close();
+  });
+
   test('an address that is none is refused', () => {
     for (const of of ['', 'ftp://host', 'http://', 'http://a b', 'http://host/?x=1']) {
       const { status, stderr } = spawnSync(BINARY, ['relay', '--of', of, '--listen', '127.0.0.1:0'], { encoding: 'utf8' });
@@ -342,6 +403,8 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const loop = await startDaemon({ of: `http://127.0.0.1:${port}`, listen: `127.0.0.1:${port}` });
     const answer = await fetch(new URL('/api/v1/sessions/a/state', loop.url));
     assert.equal(answer.status, 508);
+    const untrue = await fetch(new URL('/api/v1/sessions/a/state', loop.url), { headers: { 'x-laglab-hops': '-1000000' } });
+    assert.equal(untrue.status, 508);
     assert.equal((await loop.stop()).code, 0, loop.errors());
   });
 });

@@ -194,8 +194,9 @@ static struct curl_slist *add_header(struct curl_slist *list, const char *name, 
 
 static int hops_of(const ll_http_request *request)
 {
-    const char *hops = ll_http_header(request, "X-Laglab-Hops");
-    return hops != NULL ? atoi(hops) : 0;
+    const char *text = ll_http_header(request, "X-Laglab-Hops");
+    long hops = text != NULL ? strtol(text, NULL, 10) : 0;
+    return hops >= 0 && hops < HOPS_MOST ? (int)hops : HOPS_MOST; /* a client can send any number */
 }
 
 static struct curl_slist *headers_of(const ll_http_request *request, bool for_all)

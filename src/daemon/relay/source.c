@@ -255,6 +255,10 @@ static void path_of(const relay_source *s, char path[120])
 static void greet(relay_source *s, int64_t now)
 {
     char path[120];
+    if (s->greeting != NULL && now - s->greeted_ns > SILENT_NS) { /* the hello that is there has to do */
+        ll_upstream_close(s->greeting);
+        s->greeting = NULL;
+    }
     if (s->up && s->stale && s->greeting == NULL && now - s->greeted_ns > GREET_NS) {
         path_of(s, path);
         s->greeted_ns = now;

@@ -383,8 +383,10 @@ static void send_frame(ll_upstream *u, const void *payload, size_t size, ll_opco
     size_t head = ll_framing_put_masked(copy, size, opcode, mask);
     memmove(to, copy - head, head + size);
     u->unsent.size = before + head + size;
-    if (before == 0) /* otherwise the socket is full */
+    if (before == 0)
         flush(u);
+    else if (u->unsent.size > UNSENT_MOST) /* the socket is full, and may stay so */
+        end(u, LL_UPSTREAM_CUT, "the owner does not read");
 }
 
 void ll_upstream_send(ll_upstream *u, const char *text, size_t size)
