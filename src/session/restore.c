@@ -37,10 +37,14 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
     return status;
 }
 
-/* A restart may change live parameters, but nothing that determines the block's size or the clock. */
+/* A restart may change live parameters, but neither the clock nor how many elements a list has: the memory of
+ * the configurations is theirs. */
 static bool same_shape(const ll_session *s, const ll_scenario *other)
 {
-    return other->kind == s->scenario.kind && other->kind->size(other->config) == s->block_size &&
+    return other->kind == s->scenario.kind &&
+           ll_param_used(other->kind->table, other->config) ==
+               ll_param_used(other->kind->table, s->scenario.config) &&
+           ll_param_clone_size(other->kind->table, other->config, NULL) <= s->config_size &&
            other->kind->tick_freq(other->config) == s->freq &&
            ((const ll_scenario_head *)other->config)->duration_s == ll_session_head(s)->duration_s;
 }
@@ -51,8 +55,7 @@ static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (!ll_failed(&status) && !same_shape(s, &scenario))
         status = bad_line(number, "restart of another scenario");
-    if (!ll_failed(&status))
-        ll_session_rebase(s, scenario.config);
+    LL_THEN(status, ll_session_rebase(s, scenario.config));
     ll_scenario_free(&scenario);
     return status;
 }
