@@ -322,6 +322,23 @@ static void a_host_is_not_replaced_before_the_game(void **state)
     free(log.text);
 }
 
+/* A shorter time-out holds for what a host was promised before too. */
+static void a_shorter_timeout_ends_leases(void **state)
+{
+    (void)state;
+    growing log = {0};
+    ll_session *s = open_library("host_migration", &log);
+    patch_text(s, "{\"server.timeout_s\":30}");
+    must(ll_session_run_to(s, 100));
+    patch_text(
+        s,
+        "{\"server.timeout_s\":1,\"players.0.link.up.loss_pct\":100,\"players.0.link.down.loss_pct\":100}");
+    must(ll_session_run_to(s, 500));
+    assert_log_gives(&log, s);
+    ll_session_destroy(s);
+    free(log.text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -329,6 +346,7 @@ int main(void)
         cmocka_unit_test(another_layout_is_refused),
         cmocka_unit_test(a_restart_has_the_layout_of_its_parameters),
         cmocka_unit_test(a_host_is_not_replaced_before_the_game),
+        cmocka_unit_test(a_shorter_timeout_ends_leases),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
