@@ -32,6 +32,7 @@ static void drop_unused_spare(ll_session *s, int64_t due)
 struct ll_background_tick {
     const ll_sim_kind *kind;
     void *block;
+    size_t size;
     ll_time until;
     int64_t to;
     uint64_t epoch; /* of the session at the begin; when it differs at the end, the result is discarded */
@@ -76,6 +77,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
     if (!s->stale)
         ll_session_take_checkpoint(s);
     memcpy(a->block, s->block, s->block_size);
+    a->size = s->block_size;
     a->kind = s->scenario.kind;
     a->refreshes = s->stale;
     a->to = s->tick + !s->stale;
@@ -136,8 +138,10 @@ int64_t ll_session_end_background_tick(ll_session *s, ll_background_tick *a, ll_
                   ll_session_due(s, wall) > 0;
     if (wanted)
         install_result(s, a);
-    keep_spare(s, a->block);
-    a->block = NULL;
+    if (a->size == s->block_size) { /* a restart meanwhile may have changed it */
+        keep_spare(s, a->block);
+        a->block = NULL;
+    }
     ll_background_tick_free(a);
     if (s->transition.kind != LL_TRANSITION_NONE && s->block && !s->stale &&
         (s->tick == s->transition.target_tick || s->status == LL_SESSION_FAILED))

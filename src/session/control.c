@@ -79,9 +79,11 @@ static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
     void *base = ll_param_clone(s->scenario.kind->table, from, NULL);
     if (!base)
         return ll_error(LL_NO_MEMORY, "out of memory: restart");
-    ll_session_rebase(s, base);
-    s->stop_tick = 0;
+    ll_status status = ll_session_rebase(s, base);
     free(base);
+    if (ll_failed(&status))
+        return status;
+    s->stop_tick = 0;
     if (a->reset)
         s->clock.speed = 1;
     ll_session_set_clock(s, wall);

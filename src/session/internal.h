@@ -254,4 +254,5 @@ void ll_session_move_to(ll_session *s, int64_t tick);
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session);
-void ll_session_rebase(ll_session *s, const void *base); /* begins a new log that starts from `base` */
+/* Begins a new log that starts from `base`. LL_NO_MEMORY: nothing has changed. */
+ll_status ll_session_rebase(ll_session *s, const void *base);

@@ -37,10 +37,27 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
     return status;
 }
 
-/* A restart may change live parameters, but nothing that determines the block's size or the clock. */
+/* Whether both have chosen the same game, scene or problem. */
+static bool same_variants(const ll_param_table *table, const void *one, const void *other)
+{
+    for (int i = 0; i < table->count; i++) {
+        const size_t at = table->rows[i].count_offset;
+        if (table->rows[i].type == LL_PARAM_VARIANT &&
+            memcmp((const char *)one + at, (const char *)other + at, sizeof(int32_t)) != 0)
+            return false;
+    }
+    return true;
+}
+
+/* A restart may change live parameters, but neither the clock nor how many elements a list has: the memory of
+ * the configurations is theirs. */
 static bool same_shape(const ll_session *s, const ll_scenario *other)
 {
-    return other->kind == s->scenario.kind && other->kind->size(other->config) == s->block_size &&
+    return other->kind == s->scenario.kind &&
+           same_variants(other->kind->table, s->scenario.config, other->config) &&
+           ll_param_used(other->kind->table, other->config) ==
+               ll_param_used(other->kind->table, s->scenario.config) &&
+           ll_param_clone_size(other->kind->table, other->config, NULL) <= s->config_size &&
            other->kind->tick_freq(other->config) == s->freq &&
            ((const ll_scenario_head *)other->config)->duration_s == ll_session_head(s)->duration_s;
 }
@@ -51,8 +68,7 @@ static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (!ll_failed(&status) && !same_shape(s, &scenario))
         status = bad_line(number, "restart of another scenario");
-    if (!ll_failed(&status))
-        ll_session_rebase(s, scenario.config);
+    LL_THEN(status, ll_session_rebase(s, scenario.config));
     ll_scenario_free(&scenario);
     return status;
 }

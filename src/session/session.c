@@ -320,8 +320,27 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
                   &(ll_log_entry){.tick = s->tick, .op = LL_OP_INPUT, .player = player, .action = *action});
 }
 
-void ll_session_rebase(ll_session *s, const void *base)
+/* Some live parameters determine the size of the block (server.sync: the longest packets); a change keeps the
+ * layout, a new start makes its own. */
+static ll_status resize(ll_session *s, size_t size)
 {
+    if (size == s->block_size)
+        return ll_ok();
+    if (s->block) {
+        void *block = ll_state_memory_new(size);
+        if (!block)
+            return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", size);
+        ll_state_memory_free(s->block);
+        s->block = block;
+    }
+    ll_session_drop_spare(s);
+    s->block_size = size;
+    return ll_ok();
+}
+
+ll_status ll_session_rebase(ll_session *s, const void *base)
+{
+    LL_TRY(resize(s, s->scenario.kind->size(base)));
     s->transition.kind = LL_TRANSITION_NONE;
     s->failure.tick = -1;
     s->hashes.count = 0;
@@ -337,6 +356,7 @@ void ll_session_rebase(ll_session *s, const void *base)
     s->params_version++;
     if (s->block)
         ll_session_rebuild(s, 0);
+    return ll_ok();
 }
 
 void ll_session_step_profiler(ll_session *s, int64_t (*now_ns)(void))

@@ -233,11 +233,120 @@ static void another_layout_is_refused(void **state)
     }
 }
 
+static void patch_text(ll_session *s, const char *text)
+{
+    cJSON *patch = cJSON_Parse(text);
+    must(ll_session_patch(s, 0, patch));
+    cJSON_Delete(patch);
+}
+
+static void control_text(ll_session *s, const char *text)
+{
+    cJSON *control = cJSON_Parse(text);
+    must(ll_session_control(s, 0, control));
+    cJSON_Delete(control);
+}
+
+static ll_session *open_library(const char *id, growing *log)
+{
+    cJSON *json;
+    ll_session *s;
+    must(ll_scenario_load("scenarios", id, &json));
+    must(ll_session_create(json, 7, add_line, log, &s));
+    cJSON_Delete(json);
+    return s;
+}
+
+static void assert_log_gives(const growing *log, ll_session *s)
+{
+    ll_session *again;
+    must(ll_session_restore(log->text, log->size, NULL, NULL, &again));
+    must(ll_session_run_to(again, tick_of(s)));
+    assert_true(ll_session_hash(again) == ll_session_hash(s));
+    ll_session_destroy(again);
+}
+
+static double block_bytes(ll_session *s)
+{
+    cJSON *cost = ll_session_cost(s);
+    double bytes = cJSON_GetObjectItem(cost, "block_bytes")->valuedouble;
+    cJSON_Delete(cost);
+    return bytes;
+}
+
+/* The block of another sync mode is larger: a restart was written beyond the old one. */
+static void a_restart_has_the_layout_of_its_parameters(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"rollback", "free", "deterministic", "lockstep", "rollback"};
+    growing log = {0};
+    ll_session *s = open_library("race", &log);
+    must(ll_session_run_to(s, 600)); /* has a checkpoint */
+    const double size = block_bytes(s);
+    for (size_t i = 0; i < sizeof syncs / sizeof syncs[0]; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "{\"server.sync\":\"%s\"}", syncs[i]);
+        patch_text(s, text);
+        must(ll_session_run_to(s, tick_of(s) + 100));
+        control_text(s, "{\"op\":\"restart\"}");
+        must(ll_session_run_to(s, 700));
+        control_text(s, "{\"op\":\"seek\",\"tick\":650}");
+        assert_log_gives(&log, s);
+    }
+    assert_true(block_bytes(s) > size);
+    control_text(s, "{\"op\":\"restart\",\"reset\":true}");
+    assert_true(block_bytes(s) == size);
+    must(ll_session_run_to(s, 300));
+    assert_log_gives(&log, s);
+    ll_session_destroy(s);
+    free(log.text);
+}
+
+/* Players lose the first host before the game begins: no other one is elected as long as it hosts. */
+static void a_host_is_not_replaced_before_the_game(void **state)
+{
+    (void)state;
+    growing log = {0};
+    ll_session *s = open_library("host_migration", &log);
+    patch_text(s, "{\"server.timeout_s\":1,\"players.0.link.up.corrupt_pct\":60,\"players.0.link.down."
+                  "corrupt_pct\":60}");
+    for (int i = 0; i < 20; i++) {
+        control_text(s, "{\"op\":\"restart\"}");
+        must(ll_session_run_to(s, 300));
+        assert_log_gives(&log, s);
+        char text[64];
+        snprintf(text, sizeof text, "{\"players.0.link.up.corrupt_pct\":%d}", 62 + i);
+        patch_text(s, text);
+    }
+    ll_session_destroy(s);
+    free(log.text);
+}
+
+/* A shorter time-out holds for what a host was promised before too. */
+static void a_shorter_timeout_ends_leases(void **state)
+{
+    (void)state;
+    growing log = {0};
+    ll_session *s = open_library("host_migration", &log);
+    patch_text(s, "{\"server.timeout_s\":30}");
+    must(ll_session_run_to(s, 100));
+    patch_text(
+        s,
+        "{\"server.timeout_s\":1,\"players.0.link.up.loss_pct\":100,\"players.0.link.down.loss_pct\":100}");
+    must(ll_session_run_to(s, 500));
+    assert_log_gives(&log, s);
+    ll_session_destroy(s);
+    free(log.text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(changes_at_random),
         cmocka_unit_test(another_layout_is_refused),
+        cmocka_unit_test(a_restart_has_the_layout_of_its_parameters),
+        cmocka_unit_test(a_host_is_not_replaced_before_the_game),
+        cmocka_unit_test(a_shorter_timeout_ends_leases),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

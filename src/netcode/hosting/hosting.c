@@ -141,6 +141,13 @@ void ll_hosting_renew(ll_hosting *h, int player, ll_time until)
         h->lease[player] = until;
 }
 
+void ll_hosting_shorten(ll_hosting *h, ll_time less)
+{
+    for (int p = 0; p < h->players; p++)
+        if (h->lease[p] != LL_NEVER)
+            h->lease[p] -= less;
+}
+
 bool ll_hosting_holds(const ll_hosting *h, ll_time at)
 {
     int held = 1; /* its own */

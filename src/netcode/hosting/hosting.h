@@ -143,6 +143,10 @@ static inline ll_time ll_hosting_lease(ll_time until, ll_time now, ll_time timeo
 /* The host hosts no longer. */
 void ll_hosting_stop(ll_hosting *hosting, ll_time now);
 
+/* The time-out is `less` shorter from now on: players lose the host earlier, and the leases that they gave
+ * end earlier by as much. */
+void ll_hosting_shorten(ll_hosting *hosting, ll_time less);
+
 /* The host knows that `player` asks no other one before `until`. */
 void ll_hosting_renew(ll_hosting *hosting, int player, ll_time until);
 

@@ -454,6 +454,13 @@ static void take_over(ll_netgame_run *run, int host)
         run->sync->stand_in(run->server, now);
 }
 
+/* The first host stays the host until the game begins, also of players whose links are so bad that they lose
+ * it before: its leases count from the first check of the game on. */
+static bool may_end(const ll_netgame_run *run)
+{
+    return run->hosting->host < 0 || run->game->now > LL_CONNECTION_CHECK_INTERVAL;
+}
+
 /* A machine that is not the server is asked to be it. */
 static void take_vote(ll_netgame_run *run, int player, const route *r, const void *packet)
 {
@@ -467,7 +474,7 @@ static void take_vote(ll_netgame_run *run, int player, const route *r, const voi
     }
     memcpy(&vote->request, packet, sizeof vote->request);
     vote->until = r->sent + (ll_time)r->promise_us * 1000;
-    if (ll_hosting_elected(h, player, run->game->now + LL_CONNECTION_CHECK_INTERVAL))
+    if (ll_hosting_elected(h, player, run->game->now + LL_CONNECTION_CHECK_INTERVAL) && may_end(run))
         take_over(run, player);
 }
 

@@ -499,6 +499,9 @@ static void change(void *block, const void *config, ll_time now)
     g->config.server.reckons = before.reckons;
     g->config.server.peers = before.peers;
     ll_server_configure(ll_netgame_server(g), &g->config.server);
+    const double shorter_s = before.timeout_s - g->config.server.timeout_s;
+    if (ll_netgame_hosts_of(g) && shorter_s > 0)
+        ll_hosting_shorten(&ll_netgame_hosts_of(g)->hosting, (ll_time)(shorter_s * 1e9));
     if (ll_netgame_spectators_of(g))
         ll_netgame_change_spectators(g, config);
     const ll_sync_mode *sync = ll_netgame_sync(g);
