@@ -300,7 +300,7 @@ test('many requests for sessions that another daemon keeps hold up nothing else'
   for (const answer of await Promise.all(asked)) assert.equal(answer.status, 503, answer.text);
 });
 
-test('a viewer follows a session that has no viewer where it is; without room it is told to come again', { skip }, async (t) => {
+test('a viewer follows a session that has no viewer where it is; without room it is asked to come again', { skip }, async (t) => {
   const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30, args: ['--max-sessions', '1'] })]);
   const session = await a.c.make({ paused: true }),
     other = await a.c.make({ paused: true });
