@@ -18,8 +18,9 @@
 #define LOOK_NS (10 * LL_MS)     /* between two looks whether an owner has given a session, at least */
 #define LOOK_EACH_NS (2 * LL_MS) /* of all sessions together */
 #define LOOK_LONGEST_NS (200 * LL_MS)
-#define WATCHED_NS (50 * LL_MS) /* between two looks whether a session that waits for its turn has viewers   \
-                                 */
+#define WATCHED_NS                                                                                           \
+    (50 * LL_MS) /* between two looks whether a session that waits for its turn has viewers                  \
+                  */
 
 enum {
     CLAIMS = 2,    /* at once: one is at the store, which has one connection for it, and the next is ready */
