@@ -65,7 +65,7 @@ static bool same_shape(const ll_session *s, const ll_scenario *other)
 static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
 {
     ll_scenario scenario = {0};
-    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
+    ll_status status = ll_scenario_parse_running(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (!ll_failed(&status) && !same_shape(s, &scenario))
         status = bad_line(number, "restart of another scenario");
     LL_THEN(status, ll_session_rebase(s, scenario.config));

@@ -106,27 +106,33 @@ static ll_status kind_of(const cJSON *json, const ll_sim_kind **kind)
     return ll_field_error(LL_BAD_INPUT, "kind", "kind: must be one of: %s", names);
 }
 
-ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
+ll_status ll_scenario_parse_running(const cJSON *json, ll_scenario *scenario)
 {
     const ll_sim_kind *kind = NULL;
-    ll_status status = kind_of(json, &kind);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(kind_of(json, &kind));
     void *config = calloc(1, kind->table->size);
     if (!config)
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     ll_param_defaults_in_zeros(kind->table, config);
-    status = ll_param_parse(kind->table, json, config);
-    if (ll_failed(&status))
-        goto cleanup;
+    ll_status status = ll_param_parse(kind->table, json, config);
+    if (ll_failed(&status)) {
+        free(config);
+        return status;
+    }
     kind->settle(config, NULL);
-    status = ll_timeline_check(kind, config);
-    if (ll_failed(&status))
-        goto cleanup;
     *scenario = (ll_scenario){kind, config};
-    config = NULL;
-cleanup:
-    free(config);
+    return status;
+}
+
+ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
+{
+    ll_scenario parsed;
+    LL_TRY(ll_scenario_parse_running(json, &parsed));
+    ll_status status = ll_timeline_check(parsed.kind, parsed.config);
+    if (ll_failed(&status))
+        ll_scenario_free(&parsed);
+    else
+        *scenario = parsed;
     return status;
 }
 

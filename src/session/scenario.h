@@ -14,6 +14,9 @@ typedef struct ll_scenario {
 } ll_scenario;
 
 ll_status ll_scenario_parse(const struct cJSON *json, ll_scenario *scenario);
+/* The same of the parameters of a session that runs: changes may have made steps of its timeline invalid,
+ * which it skips. */
+ll_status ll_scenario_parse_running(const struct cJSON *json, ll_scenario *scenario);
 void ll_scenario_free(ll_scenario *scenario);
 
 /* Sets values of a scenario's JSON through its tables, each path=value, in any order: see ll_param_put. Those

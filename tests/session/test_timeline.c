@@ -175,6 +175,27 @@ static void invalid_steps_are_reported(void **state)
     ll_session_destroy(s);
 }
 
+/* Also when they are from tick 0 on, by a restart: the log gives such a session again. */
+static void a_restart_with_invalid_steps_is_restored(void **state)
+{
+    (void)state;
+    text log = {.size = 0};
+    ll_session *s, *restored;
+    must(make("timeline", STEPS, &log, &s));
+    must(ll_session_run_to(s, 10));
+    must(patch(s, "{\"players.0.lag_ms\":840}"));
+    cJSON *restart = cJSON_Parse("{\"op\":\"restart\"}");
+    must(ll_session_control(s, 0, restart));
+    cJSON_Delete(restart);
+    must(ll_session_run_to(s, 310));
+    assert_int_equal(ll_session_get_info(s).timeline_skipped, 1);
+    must(ll_session_restore(log.bytes, log.size, NULL, NULL, &restored));
+    must(ll_session_run_to(restored, 310));
+    assert_true(ll_session_hash(restored) == ll_session_hash(s));
+    ll_session_destroy(restored);
+    ll_session_destroy(s);
+}
+
 static void bad_steps_are_named(void **state)
 {
     (void)state;
@@ -223,9 +244,13 @@ static void expectations_are_checked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_step_acts_before_its_time), cmocka_unit_test(steps_act_at_their_times),
-        cmocka_unit_test(steps_equal_commands),         cmocka_unit_test(steps_outlive_commands),
-        cmocka_unit_test(invalid_steps_are_reported),   cmocka_unit_test(bad_steps_are_named),
+        cmocka_unit_test(no_step_acts_before_its_time),
+        cmocka_unit_test(steps_act_at_their_times),
+        cmocka_unit_test(steps_equal_commands),
+        cmocka_unit_test(steps_outlive_commands),
+        cmocka_unit_test(invalid_steps_are_reported),
+        cmocka_unit_test(a_restart_with_invalid_steps_is_restored),
+        cmocka_unit_test(bad_steps_are_named),
         cmocka_unit_test(expectations_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
