@@ -255,8 +255,8 @@ static void test_a_queue_that_goes_on_is_not_stalled(void **state)
     double longest = 0, stalled = 0;
     memset(j, 0, sizeof j);
     for (int i = 0; i < 30; i++) {
-        j[i].most = 60;  /* slices of 10 ms: the last one waits for 29 others */
-        char session[8]; /* of one, only a few tasks are started */
+        j[i].most = 60;   /* slices of 10 ms: the last one waits for 29 others */
+        char session[16]; /* of one, only a few tasks are started */
         snprintf(session, sizeof session, "s%d", i);
         add(tasks, "a", session, 0, &j[i], NULL);
     }
