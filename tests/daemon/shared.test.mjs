@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { ownPostgres } from '../lib/chaos.mjs';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
-import { eventually, freePort, member, metric } from '../lib/group.mjs';
+import { eventually, freePort, member, memberOf, metric } from '../lib/group.mjs';
 
 const { missing: skip, call: postgres } = ownPostgres();
 
@@ -21,15 +21,7 @@ after(() => {
   if (!skip) postgres('remove');
 });
 
-/** A member that ends with the test. */
-const join = async (t, wish) => {
-  const daemon = await member(url, wish);
-  t.after(async () => {
-    daemon.c.close();
-    await daemon.kill();
-  });
-  return daemon;
-};
+const join = (t, wish) => memberOf(t, url, wish);
 
 /** Each thread of a stopped process stands: on a busy machine a signal takes a moment, and one may still work until then. */
 const isStopped = (pid) =>

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { ownPostgres } from '../lib/chaos.mjs';
 import { openStream, pause, waitFor } from '../lib/client.mjs';
-import { eventually, member, metric } from '../lib/group.mjs';
+import { eventually, memberOf, metric } from '../lib/group.mjs';
 
 const { missing: skip, call: postgres } = ownPostgres();
 const C = '/api/v1/classes';
@@ -18,15 +18,7 @@ after(() => {
   if (!skip) postgres('remove');
 });
 
-/** A daemon that ends with the test. */
-const join = async (t, wish) => {
-  const daemon = await member(url, wish);
-  t.after(async () => {
-    daemon.c.close();
-    await daemon.kill();
-  });
-  return daemon;
-};
+const join = (t, wish) => memberOf(t, url, wish);
 
 const must = async (answer, status = 200) => {
   const got = await answer;

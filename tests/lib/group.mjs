@@ -29,6 +29,17 @@ export async function member(url, { lease = 2, args = [], port } = {}) {
   return { ...daemon, c: client(daemon.url) };
 }
 
+/** A daemon of the group that ends with the test. @param {{after: (end: () => Promise<void>) => void}} t @param {string} url
+ * @param {Parameters<typeof member>[1]} [wish] */
+export async function memberOf(t, url, wish) {
+  const daemon = await member(url, wish);
+  t.after(async () => {
+    daemon.c.close();
+    await daemon.kill();
+  });
+  return daemon;
+}
+
 /** The value of a metric, summed over its labels unless they are given. @param {{get: (path: string) => Promise<{text: string}>}} c */
 export async function metric(c, name, labels = '') {
   let sum = 0;

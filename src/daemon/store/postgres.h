@@ -58,6 +58,9 @@ ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon);
 ll_status ll_pg_read_log(ll_store *store, int64_t number, char **text, size_t *length);
 ll_status ll_pg_new_numbers(ll_store *store, int64_t *first, int64_t *past);
 ll_status ll_pg_claim(ll_store *store, const char *id, ll_claim *claim);
+/* Who has a session or a class, of a result with the columns engine, owner, its URL, whether its lease is
+ * over. False: there is none. */
+bool ll_pg_read_owner(const pg_link *link, ll_claim *claim);
 ll_status ll_pg_release_id(ll_store *store, const char *id);
 ll_status ll_pg_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *marked);
 ll_status ll_pg_ask(ll_store *store, int64_t owner, const char *id);

@@ -82,6 +82,19 @@ static bool count_lines(pg_link *link, ll_stored *row)
     return true;
 }
 
+bool ll_pg_read_owner(const pg_link *link, ll_claim *claim)
+{
+    if (PQntuples(link->result) == 0) {
+        claim->result = LL_CLAIM_UNKNOWN;
+        return false;
+    }
+    snprintf(claim->engine, sizeof claim->engine, "%s", ll_pg_text(link, 0, 0));
+    snprintf(claim->url, sizeof claim->url, "%s", ll_pg_text(link, 0, 2));
+    claim->owner = ll_pg_null(link, 0, 1) ? 0 : ll_pg_whole(link, 0, 1);
+    claim->over = ll_pg_true(link, 0, 3);
+    return true;
+}
+
 /* Who has it. *may: a claim would get it. This only reads: a claim locks the daemon's row, and so is a commit
  * with a write to the disk, also when it gets nothing. */
 static bool look(postgres_store *s, const char *id, const pg_self *self, ll_claim *claim, bool *may)
@@ -96,14 +109,8 @@ static bool look(postgres_store *s, const char *id, const pg_self *self, ll_clai
                      " FROM session s LEFT JOIN daemon d ON d.inc=s.owner WHERE s.id=$1",
                      "tit", id, self->daemon, self->token))
         return false;
-    if (PQntuples(link->result) == 0) {
-        claim->result = LL_CLAIM_UNKNOWN;
+    if (!ll_pg_read_owner(link, claim))
         return true;
-    }
-    snprintf(claim->engine, sizeof claim->engine, "%s", ll_pg_text(link, 0, 0));
-    snprintf(claim->url, sizeof claim->url, "%s", ll_pg_text(link, 0, 2));
-    claim->owner = ll_pg_null(link, 0, 1) ? 0 : ll_pg_whole(link, 0, 1);
-    claim->over = ll_pg_true(link, 0, 3);
     snprintf(claim->class_id, sizeof claim->class_id, "%s", ll_pg_text(link, 0, 6));
     claim->result = strcmp(claim->engine, s->engine) != 0 ? LL_CLAIM_ENGINE
                     : !ll_pg_true(link, 0, 5)             ? LL_CLAIM_REFUSED

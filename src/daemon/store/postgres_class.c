@@ -77,14 +77,8 @@ static bool explain(postgres_store *s, const char *id, const pg_self *self, ll_c
                      " FROM class c LEFT JOIN daemon d ON d.inc=c.owner WHERE c.id=$1",
                      "tit", id, self->daemon, self->token))
         return false;
-    if (PQntuples(link->result) == 0) {
-        claim->result = LL_CLAIM_UNKNOWN;
+    if (!ll_pg_read_owner(link, claim))
         return true;
-    }
-    snprintf(claim->engine, sizeof claim->engine, "%s", ll_pg_text(link, 0, 0));
-    snprintf(claim->url, sizeof claim->url, "%s", ll_pg_text(link, 0, 2));
-    claim->owner = ll_pg_null(link, 0, 1) ? 0 : ll_pg_whole(link, 0, 1);
-    claim->over = ll_pg_true(link, 0, 3);
     claim->result = strcmp(claim->engine, s->engine) != 0 ? LL_CLAIM_ENGINE
                     : !ll_pg_true(link, 0, 4)             ? LL_CLAIM_REFUSED
                                                           : LL_CLAIM_HELD;
