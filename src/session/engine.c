@@ -16,6 +16,8 @@ void ll_session_emit_own(const ll_session *s, const char *op)
 
 void ll_session_drop_checkpoints(ll_session *s, int64_t from)
 {
+    if (s->saved.checkpoint.tick >= from)
+        ll_session_drop_saved_state(s);
     for (int i = 0; i < LL_CHECKPOINTS; i++) {
         ll_checkpoint *checkpoint = &s->checkpoints[i];
         if (checkpoint->tick < from)
@@ -264,20 +266,30 @@ int64_t ll_session_first_recorded(const ll_session *s, int64_t tick)
     return tick - ll_tick_at(EVENT_WINDOW, s->freq);
 }
 
-/* Begins to rebuild the state of `tick` from the nearest checkpoint that is older than the events kept before
- * `tick`. */
-void ll_session_begin_rebuild(ll_session *s, int64_t tick)
+/* The nearest checkpoint that is older than the events kept before `tick`. A saved state has its events. */
+static const ll_checkpoint *nearest_checkpoint(const ll_session *s, int64_t tick, int64_t record_from)
 {
-    int64_t record_from = ll_session_first_recorded(s, tick);
-    const ll_checkpoint *best = NULL;
+    const ll_checkpoint *best = NULL, *saved = &s->saved.checkpoint;
     for (int i = 0; i < LL_CHECKPOINTS; i++)
         if (s->checkpoints[i].tick >= 0 && s->checkpoints[i].tick <= record_from &&
             (!best || s->checkpoints[i].tick > best->tick))
             best = &s->checkpoints[i];
+    bool nearer = saved->tick >= 0 && saved->tick <= tick && (!best || saved->tick > best->tick);
+    return nearer ? saved : best;
+}
+
+void ll_session_begin_rebuild(ll_session *s, int64_t tick)
+{
+    int64_t record_from = ll_session_first_recorded(s, tick);
+    const ll_checkpoint *best = nearest_checkpoint(s, tick, record_from);
     ll_session_start_from(s, best, record_from <= 0);
     s->generation++;
     s->events.base = s->events.count;
     s->transition.record_from = record_from;
+    if (best && best->tick > record_from) {
+        ll_session_take_saved_events(s);
+        s->transition.record_from = best->tick;
+    }
 }
 
 void ll_session_set_clock(ll_session *s, ll_time wall)

@@ -52,6 +52,13 @@ typedef struct ll_checkpoint {
     ll_log_position position;
 } ll_checkpoint;
 
+/* A state that was saved outside, until the session has woken: see saved_state.c. */
+typedef struct ll_saved_state {
+    ll_checkpoint checkpoint;
+    ll_event *events; /* of the last seconds before it */
+    uint32_t event_count;
+} ll_saved_state;
+
 /* How the advance of a block ends before its time. */
 typedef struct ll_session_interruption {
     const ll_interrupt *by; /* of the owner, during a call; NULL: no limit */
@@ -131,6 +138,7 @@ struct ll_session {
     ll_session_interruption interruption;
     ll_team *team; /* of the caller: threads for a tick; NULL: its own alone */
     ll_checkpoint checkpoints[LL_CHECKPOINTS];
+    ll_saved_state saved;
     ll_session_events events;
     void (*on_packet)(void *context, const void *row); /* of an ll_recorder, while a capture is written */
     struct ll_capture *capture;                        /* not owned */
@@ -165,6 +173,10 @@ ll_event *ll_session_event_space(const ll_session *s); /* LL_EVENT_RING of them 
  * only the functions below may be called. */
 void ll_session_pack(ll_session *s);
 ll_status ll_session_unpack(ll_session *s); /* LL_NO_MEMORY */
+/* The bytes in which a configuration differs from another, which is then equal to it; `to` NULL: only their
+ * number. Reading gives the end of what was read. */
+size_t ll_session_write_differences(const ll_session *s, void *known, const void *object, unsigned char *to);
+const unsigned char *ll_session_read_differences(const ll_session *s, const unsigned char *at, void *object);
 int64_t ll_session_seed(const ll_session *s);
 const char *ll_session_title(const ll_session *s);
 size_t ll_session_config_used(const ll_session *s);  /* bytes of the present configuration */
@@ -234,6 +246,11 @@ void ll_session_begin_rebuild(ll_session *s, int64_t tick);
 /* First tick whose events are kept on the way to `tick`: viewers show only the last seconds before it. */
 int64_t ll_session_first_recorded(const ll_session *s, int64_t tick);
 void ll_session_invalidate(ll_session *s); /* the block was interrupted within a tick: rebuild it */
+
+/* ---- saved_state.c ---- */
+
+void ll_session_drop_saved_state(ll_session *s);
+void ll_session_take_saved_events(ll_session *s); /* the run begins from the saved state */
 
 /* ---- transition.c ---- */
 

@@ -87,26 +87,43 @@ static void write_range(void *context, size_t from, size_t bytes)
     }
 }
 
+size_t ll_session_write_differences(const ll_session *s, void *known, const void *object, unsigned char *to)
+{
+    writing w = {.at = to, .known = known, .object = object};
+    ll_param_each_range(s->scenario.kind->table, object, write_range, &w);
+    write_difference(&w, 0, 0);
+    return w.size;
+}
+
+const unsigned char *ll_session_read_differences(const ll_session *s, const unsigned char *at, void *object)
+{
+    difference d;
+    for (memcpy(&d, at, sizeof d); d.bytes > 0; memcpy(&d, at, sizeof d)) {
+        LL_ASSERT((size_t)d.from + d.bytes <= s->config_size);
+        memcpy((char *)object + d.from, at + sizeof d, d.bytes);
+        at += sizeof d + d.bytes;
+    }
+    return at + sizeof d;
+}
+
 /* Writes to `to`, or counts if it is NULL; false without memory. */
 static bool write_all(const ll_session *s, unsigned char *to, size_t *size)
 {
     const ll_param_table *table = s->scenario.kind->table;
-    writing w = {.at = to, .known = calloc(1, s->config_size)};
-    if (w.known)
-        ll_param_defaults_in_zeros(table, w.known);
-    for (int i = 0; i < CONFIGS && w.known; i++) {
-        w.object = config_at(s, i);
-        ll_param_each_range(table, w.object, write_range, &w);
-        write_difference(&w, 0, 0);
+    void *known = calloc(1, s->config_size);
+    *size = 0;
+    if (known)
+        ll_param_defaults_in_zeros(table, known);
+    for (int i = 0; i < CONFIGS && known; i++) {
+        *size += ll_session_write_differences(s, known, config_at(s, i), to ? to + *size : NULL);
         void *next = calloc(1, s->config_size);
         if (next)
-            ll_param_copy(table, next, w.known);
-        free(w.known);
-        w.known = next;
+            ll_param_copy(table, next, known);
+        free(known);
+        known = next;
     }
-    bool done = w.known != NULL;
-    *size = w.size;
-    free(w.known);
+    bool done = known != NULL;
+    free(known);
     return done;
 }
 
@@ -115,17 +132,11 @@ static void read_all(const ll_session *s, const ll_packed *packed)
     const ll_param_table *table = s->scenario.kind->table;
     const unsigned char *at = packed->bytes;
     for (int i = 0; i < CONFIGS; i++) {
-        difference d;
         if (i == 0)
             ll_param_defaults_in_zeros(table, config_at(s, 0));
         else
             ll_param_copy(table, config_at(s, i), config_at(s, i - 1));
-        for (memcpy(&d, at, sizeof d); d.bytes > 0; memcpy(&d, at, sizeof d)) {
-            LL_ASSERT((size_t)d.from + d.bytes <= s->config_size);
-            memcpy(config_at(s, i) + d.from, at + sizeof d, d.bytes);
-            at += sizeof d + d.bytes;
-        }
-        at += sizeof d;
+        at = ll_session_read_differences(s, at, config_at(s, i));
     }
     LL_ASSERT(at == packed->bytes + packed->size);
 }

@@ -1,7 +1,7 @@
 // Several daemons over one PostgreSQL: who is killed, frozen, drained or without its database loses nothing that was acknowledged, and
 // no session is run by two.
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { once } from 'node:events';
 import { readFileSync, readdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -350,6 +350,59 @@ test('another engine is named, and a replay that differs is no session', { skip 
   const kept = await b.c.get(differs.links.log);
   assert.equal(kept.status, 200, kept.text);
   assert.ok(log.startsWith(kept.text.split('\n')[0]), 'the same header');
+});
+
+/** The sizes of the stored states, by session. @returns {Map<string, number>} */
+const states = () =>
+  new Map(
+    postgres('sql', 'SELECT id, length(body) FROM laglab_sessions.state JOIN laglab_sessions.session ON no=session')
+      .split('\n')
+      .filter(Boolean)
+      .map((line) => line.split('|'))
+      .map(([id, lines]) => [id, Number(lines)]),
+  );
+
+test('a session with a long log begins from a stored state: same hash, same later ones; without it, from its log', { skip }, async (t) => {
+  const [a, b] = await Promise.all([join(t, { lease: 30 }), join(t, { lease: 30 })]);
+  const young = await a.c.make({ paused: true }),
+    old = await Promise.all([1, 2, 3, 4].map((seed) => a.c.make({ scenario: 'cannon_drag', paused: true, seed })));
+  const [, rewound, damaged, late] = old; // the first one is as it was
+  const step = async (c, session, ticks) => assert.equal((await c.control(session, { op: 'step', ticks })).status, 200);
+  for (const session of old) {
+    for (let i = 1; i <= 6; i++) {
+      await step(a.c, session, 200);
+      assert.equal((await a.c.patch(session, { 'players.0.lag_ms': i })).status, 200);
+    }
+  }
+  await step(a.c, young, 20);
+  await waitFor(() => old.every(({ id }) => states().has(id)), 10000);
+  assert.equal(states().has(young.id), false, 'its log is replayed at once');
+  // A command at an earlier tick: the state is of a run that the log does not have any more.
+  await a.c.control(rewound, { op: 'seek', tick: 100 });
+  await a.c.patch(rewound, { 'players.0.lag_ms': 77 });
+  await step(a.c, late, 3);
+  await a.c.patch(late, { 'players.0.lag_ms': 88 });
+  const seen = await Promise.all(old.map(async (session) => (await a.c.get(session.links.state)).json));
+  await a.kill();
+  postgres(
+    'sql',
+    `UPDATE laglab_sessions.state SET body=substr(body,1,length(body)-9) WHERE session=(SELECT no FROM laglab_sessions.session WHERE id='${damaged.id}')`,
+  );
+  for (const [i, session] of old.entries()) {
+    const { answer } = await eventually(() => b.c.get(session.links.state));
+    assert.equal(answer.status, 200, answer.text);
+    sameTick(answer.json, seen[i]);
+  }
+  assert.equal(await metric(b.c, 'states_used_total'), 2, 'used and late');
+  assert.equal(await metric(b.c, 'replay_mismatch_total'), 0);
+  // All go on as their logs say from the beginning.
+  for (const session of [...old, young]) {
+    await step(b.c, session, 40);
+    // The log has the hash of the present tick.
+    const replay = spawnSync(BINARY, ['replay', '-'], { input: (await b.c.get(session.links.log)).text, encoding: 'utf8' });
+    assert.equal(replay.status, 0, replay.stderr);
+    assert.ok(replay.stdout.includes((await b.c.get(session.links.state)).json.hash), replay.stdout);
+  }
 });
 
 test('a single daemon without --url keeps its sessions over a restart', { skip }, async (t) => {

@@ -134,6 +134,9 @@ static void write_sharing(ll_http_response *r, ll_api *api, const ll_host_stats 
     ll_prometheus_counter(r, "sessions_given_total", s->given, "Sessions given to other daemons.");
     ll_prometheus_counter(r, "replay_mismatch_total", s->mismatches,
                           "Claimed sessions whose log leads to another state than they had.");
+    ll_prometheus_counter(r, "states_stored_total", s->states_stored,
+                          "States stored, from which a session can begin instead of a replay of its log.");
+    ll_prometheus_counter(r, "states_used_total", s->states_used, "Sessions that began from a stored state.");
 }
 
 void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_response *response)

@@ -130,9 +130,10 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     ll_session_entry *session_entry = context;
     if (session_entry->restoring)
         return;
-    /* After `rewind` and `restart` the head of the stored row is wrong, see ll_viewers_apply. */
-    session_entry->stored.rewound =
-        session_entry->stored.rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
+    if (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0) { /* rewind, restart */
+        session_entry->stored.rewound = true; /* the head of the stored row is wrong, see ll_viewers_apply */
+        session_entry->stored.state_tick = 0; /* of another run */
+    }
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
     ll_entry_stored *stored = &session_entry->stored;
     int64_t index = stored->lines++;
@@ -206,61 +207,8 @@ void ll_session_entry_save(ll_session_entry *session_entry)
         stored->collecting = false;
     } else {
         stored->ticket = ll_store_put(session_entry->host->store, &row);
+        ll_session_entry_keep_state(session_entry);
     }
-}
-
-/* ---- loading ---- */
-
-/* Restores the clock as last stored, or at the last command when that is later. A playing session continues
- * from the daemon's start, or from its claim. */
-static void resume(ll_session_entry *session_entry)
-{
-    const ll_entry_stored *row = &session_entry->stored;
-    const ll_host *host = session_entry->host;
-    ll_time from = ll_store_is_shared(host->store) ? session_entry->wall : host->started;
-    bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
-    ll_session_set_position(session_entry->session, from,
-                            &(ll_session_position){.tick = older ? -1 : row->tick,
-                                                   .head = row->head_tick,
-                                                   .speed = row->speed,
-                                                   .playing = row->playing});
-    session_entry->wall = from;
-}
-
-ll_status ll_session_entry_stored_log(ll_session_entry *session_entry, char **text, size_t *length)
-{
-    if (!session_entry->host->store)
-        return ll_error(LL_NOT_FOUND, "Sessions are not stored.");
-    return ll_store_read_log(session_entry->host->store, session_entry->stored.place.number, text, length);
-}
-
-ll_status ll_session_entry_load(ll_session_entry *session_entry)
-{
-    if (session_entry->session)
-        return ll_ok();
-    char *text = NULL;
-    size_t length = 0;
-    LL_TRY(ll_session_entry_stored_log(session_entry, &text, &length));
-    LL_ASSERT(!session_entry->restoring); /* one thread loads it */
-    ll_status status = ll_session_entry_check_replay(session_entry, text, length);
-    if (ll_failed(&status)) {
-        free(text);
-        return status;
-    }
-    session_entry->restoring = true;
-    status =
-        ll_session_restore(text, length, ll_session_entry_on_line, session_entry, &session_entry->session);
-    session_entry->restoring = false;
-    free(text);
-    if (ll_failed(&status)) {
-        session_entry->session = NULL;
-        ll_log_write("error", "session not restored", "Stored session %lld: %s",
-                     (long long)session_entry->stored.place.number, status.text);
-        return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
-    }
-    resume(session_entry);
-    ll_session_entry_update_stats(session_entry);
-    return ll_ok();
 }
 
 /* ---- running up to the present ---- */
@@ -514,7 +462,9 @@ ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 static ll_status begin_wake(ll_session_entry *session_entry)
 {
     bool loaded = !session_entry->session;
-    ll_status status = ll_session_entry_load(session_entry);
+    ll_status status = loaded ? ll_session_entry_load(session_entry) : ll_ok();
+    if (!loaded && ll_session_get_info(session_entry->session).at_tick == 0)
+        ll_session_entry_fetch_state(session_entry);
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, ll_session_begin_wake(session_entry->session));
     if (ll_failed(&status) && session_entry->session) {

@@ -69,8 +69,9 @@ typedef struct ll_host_stats {
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
     uint64_t refused_memory, refused_logs;
-    /* Of a shared store: sessions claimed by reason, given to other daemons; replays with another state. */
-    uint64_t claims[LL_CLAIM_WHYS], given, mismatches;
+    /* Of a shared store: sessions claimed by reason, given to other daemons; replays with another state;
+     * states kept, and sessions that began from one. */
+    uint64_t claims[LL_CLAIM_WHYS], given, mismatches, states_stored, states_used;
     int64_t log_bytes;          /* of all sessions */
     int64_t memory, memory_max; /* bytes: reserved by sessions in memory, and the maximum */
 } ll_host_stats;

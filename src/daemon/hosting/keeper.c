@@ -31,9 +31,9 @@ static bool give(ll_session_entry *session_entry)
         pthread_mutex_unlock(&session_entry->lock);
         return false;
     }
+    session_entry->moved = true;
     ll_session_entry_save(session_entry);
     atomic_store(&host->sharing.released, ll_store_release(host->store, session_entry->stored.place));
-    session_entry->moved = true;
     bool dropped = ll_session_entry_drop(session_entry, LL_WS_RESTART, "the session moves to another daemon");
     pthread_mutex_unlock(&session_entry->lock);
     if (dropped) {

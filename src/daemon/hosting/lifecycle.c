@@ -302,6 +302,8 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .inputs = atomic_load(&host->counts.inputs),
         .given = atomic_load(&host->counts.given),
         .mismatches = atomic_load(&host->counts.mismatches),
+        .states_stored = atomic_load(&host->counts.states_stored),
+        .states_used = atomic_load(&host->counts.states_used),
         .refused_sessions = atomic_load(&host->refused.sessions),
         .refused_creations = atomic_load(&host->refused.creations),
         .refused_lookups = atomic_load(&host->refused.lookups),

@@ -94,6 +94,7 @@ typedef struct ll_entry_stored {
     int64_t hash_tick, hash_lines;
     uint64_t hash;
     ll_time hashed_wall;
+    int64_t state_tick; /* of the newest stored state that the log leads to; 0: none */
 } ll_entry_stored;
 
 /* Ticks in the background, and how long one takes. */
@@ -195,18 +196,19 @@ typedef struct ll_host_replies {
 /* For the statistics. */
 typedef struct ll_host_counts {
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
-    _Atomic uint64_t claims[LL_CLAIM_WHYS], given, mismatches;
+    _Atomic uint64_t claims[LL_CLAIM_WHYS], given, mismatches, states_stored, states_used;
 } ll_host_counts;
 
 enum { LL_HOST_WISHES = 256 };
 
 /* Of a store that several daemons share. */
 typedef struct ll_host_sharing {
-    pthread_mutex_t adding;    /* held while a session is registered by its id alone, with its stream */
-    _Atomic uint64_t released; /* ticket of the last session that was given away */
-    atomic_int pursued;        /* sessions that wait for their owner */
-    atomic_int requests;       /* that wait for a claim */
-    pthread_mutex_t turn;      /* guards the members of this group: who may ask the store for a session */
+    pthread_mutex_t adding;     /* held while a session is registered by its id alone, with its stream */
+    _Atomic uint64_t released;  /* ticket of the last session that was given away */
+    _Atomic ll_time next_state; /* when the next state may be stored */
+    atomic_int pursued;         /* sessions that wait for their owner */
+    atomic_int requests;        /* that wait for a claim */
+    pthread_mutex_t turn;       /* guards the members of this group: who may ask the store for a session */
     pthread_cond_t watched_turn, other_turn;
     int claiming, watched; /* sessions; `watched` of those that wait have viewers */
     pthread_t keeper;
@@ -284,7 +286,6 @@ void ll_session_entry_count_log(ll_session_entry *session_entry,
                                 int64_t bytes); /* of its lines; may be negative */
 void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
 void ll_session_entry_save(ll_session_entry *session_entry);                   /* queues the row; locked */
-ll_status ll_session_entry_load(ll_session_entry *session_entry);              /* locked */
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
 void ll_session_entry_update_stats(
     ll_session_entry *session_entry); /* updates status and memory for the statistics; locked */
@@ -364,10 +365,14 @@ bool ll_neighbour_is_url(const char *url);
  * marked as dead. */
 ll_status ll_neighbour_judge(ll_store *store, int64_t daemon, const char *url, bool over, bool *gone);
 
-/* ---- replay.c ---- */
+/* ---- recovery.c ---- */
 
-/* Compares the state that the log leads to with the stored hash. LL_CONFLICT: they differ. */
-ll_status ll_session_entry_check_replay(ll_session_entry *session_entry, const char *log, size_t length);
+/* Of a session that is stored only. LL_CONFLICT: its log leads to another state than it had. Locked. */
+ll_status ll_session_entry_load(ll_session_entry *session_entry);
+/* For a parked session that will wake: from its stored state, if it has one. Locked. */
+void ll_session_entry_fetch_state(ll_session_entry *session_entry);
+/* Stores the present state if a replay up to it takes long by now; locked. */
+void ll_session_entry_keep_state(ll_session_entry *session_entry);
 /* The hash of the present state for `row`, or the last one that was made, for a session whose state is small;
  * locked. */
 void ll_session_entry_add_hash(ll_session_entry *session_entry, ll_stored *row);

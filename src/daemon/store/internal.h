@@ -12,6 +12,7 @@ typedef enum record_type {
     RECORD_LINE,
     RECORD_DELETE,
     RECORD_RELEASE,
+    RECORD_STATE,
     RECORD_ANSWER,
     RECORD_FREE_ANSWER,
     RECORD_CLASS,
@@ -25,7 +26,7 @@ typedef struct ll_store_record {
     ll_store_place place;
     int64_t index;
     size_t size;
-    char bytes[]; /* an ll_stored, a line, or a class or an answer: its id or name, NUL, its text */
+    char bytes[]; /* an ll_stored, a line, a state, or a class or an answer: its id or name, NUL, its text */
 } record;
 
 /* What only a store that several daemons share does: shared.h. */
@@ -40,6 +41,7 @@ typedef struct ll_shared_kind {
     ll_status (*reserve_code)(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
                               bool *taken);
     ll_status (*find_code)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+    ll_status (*read_state)(ll_store *store, int64_t number, ll_stored_state *state);
     ll_status (*open_class)(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened);
     ll_status (*claim_class)(ll_store *store, const char *id, ll_claim *claim);
     ll_status (*find_class)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);

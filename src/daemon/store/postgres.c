@@ -41,6 +41,8 @@ static const char later[] =
     "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
     " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
     " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
+    "CREATE TABLE IF NOT EXISTS state(session bigint PRIMARY KEY, body bytea NOT NULL);"
+    "ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL;" /* it is compressed already */
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
     "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;";
 
@@ -108,6 +110,7 @@ static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
                                            .on_asked = ll_pg_on_asked,
                                            .reserve_code = ll_pg_reserve_code,
                                            .find_code = ll_pg_find_code,
+                                           .read_state = ll_pg_read_state,
                                            .open_class = ll_pg_open_class,
                                            .claim_class = ll_pg_claim_class,
                                            .find_class = ll_pg_find_class,

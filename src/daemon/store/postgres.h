@@ -1,7 +1,7 @@
 /* Shared by the files of the store in PostgreSQL, lower ones first: postgres_link.c (connections),
- * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_class.c (classes), postgres_answer.c
- * (repeated requests), postgres_lease.c (the lease thread), postgres.c (tables, opening). Not for other
- * rooms. */
+ * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_state.c (their states),
+ * postgres_class.c (classes), postgres_answer.c (repeated requests), postgres_lease.c (the lease thread),
+ * postgres.c (tables, opening). Not for other rooms. */
 #pragma once
 
 #include <stdatomic.h>
@@ -70,6 +70,10 @@ ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGT
 ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted);
 ll_status ll_pg_replace(ll_store *store);
 ll_status ll_pg_drain(ll_store *store);
+
+/* ---- postgres_state.c ---- */
+
+ll_status ll_pg_read_state(ll_store *store, int64_t number, ll_stored_state *state);
 
 /* ---- postgres_class.c ---- */
 

@@ -280,7 +280,8 @@ ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted)
                             " (owner IS NULL OR owner IN (SELECT inc FROM daemon WHERE state='dead'))"
                             " RETURNING no),"
                             " c AS (DELETE FROM code USING gone WHERE code.session=gone.no),"
-                            " l AS (DELETE FROM line USING gone WHERE line.session=gone.no)"
+                            " l AS (DELETE FROM line USING gone WHERE line.session=gone.no),"
+                            " t AS (DELETE FROM state USING gone WHERE state.session=gone.no)"
                             " SELECT count(*) FROM gone",
                             "r", ttl_s);
     if (good)

@@ -1,7 +1,7 @@
 /* The writer of the store in PostgreSQL: a batch in one transaction, with the daemon's own row as the fence.
  *
  * Lines and rows of all sessions are one statement, which commits by itself: one round trip. Only a batch
- * that releases or deletes sessions, or has answers or classes, needs more. */
+ * that releases or deletes sessions, or has states, answers or classes, needs more. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -106,6 +106,8 @@ enum {
     HASH,
     RELEASED,
     DELETED,
+    STATE_OF,
+    STATE,
     ANSWERED,
     ANSWER,
     NOT_ANSWERED,
@@ -156,6 +158,10 @@ static void add_record(pg_batch *b, const record *r)
         break;
     case RECORD_DELETE:
         add_whole(&b->of[DELETED], r->place.number);
+        break;
+    case RECORD_STATE:
+        add_whole(&b->of[STATE_OF], r->place.number);
+        add_hex(&b->of[STATE], r->bytes, r->size);
         break;
     case RECORD_ANSWER:
         add_text(&b->of[ANSWERED], r->bytes, LL_ANSWER_HEX - 1);
@@ -233,6 +239,16 @@ static bool write_lines(postgres_store *s, const pg_batch *b, const pg_self *sel
     return true;
 }
 
+static bool write_states(postgres_store *s, const pg_batch *b, const pg_self *self)
+{
+    return ll_pg_query(&s->writer,
+                       "INSERT INTO state(session,body) SELECT DISTINCT ON (u.s) u.s, decode(u.b,'hex')"
+                       " FROM unnest($2::bigint[],$3::text[]) WITH ORDINALITY AS u(s,b,i)"
+                       " JOIN session ON no=u.s AND owner=$1::bigint ORDER BY u.s, u.i DESC"
+                       " ON CONFLICT (session) DO UPDATE SET body=EXCLUDED.body",
+                       "itt", self->daemon, b->of[STATE_OF].text, b->of[STATE].text);
+}
+
 static bool end_sessions(postgres_store *s, const pg_batch *b, const pg_self *self)
 {
     pg_link *link = &s->writer;
@@ -242,6 +258,7 @@ static bool end_sessions(postgres_store *s, const pg_batch *b, const pg_self *se
                        "it", self->daemon, b->of[RELEASED].text) &&
            ll_pg_query(link, "DELETE FROM session WHERE no = ANY($1::bigint[])", "t", gone) &&
            ll_pg_query(link, "DELETE FROM line WHERE session = ANY($1::bigint[])", "t", gone) &&
+           ll_pg_query(link, "DELETE FROM state WHERE session = ANY($1::bigint[])", "t", gone) &&
            ll_pg_query(link, "DELETE FROM code WHERE session = ANY($1::bigint[])", "t", gone);
 }
 
@@ -282,8 +299,8 @@ static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self,
     bool good = ll_pg_run(link, "BEGIN") && write_lines(s, b, self, fenced);
     if (good && *fenced)
         return ll_pg_run(link, "ROLLBACK");
-    return good && end_answers(s, b, self) && write_classes(s, b, self) && end_sessions(s, b, self) &&
-           ll_pg_run(link, "COMMIT");
+    return good && write_states(s, b, self) && end_answers(s, b, self) && write_classes(s, b, self) &&
+           end_sessions(s, b, self) && ll_pg_run(link, "COMMIT");
 }
 
 ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon)

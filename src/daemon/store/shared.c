@@ -83,6 +83,11 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
     return store->kind->shared->find_code(store, code, id);
 }
 
+ll_status ll_store_read_state(ll_store *store, int64_t number, ll_stored_state *state)
+{
+    return store->kind->shared->read_state(store, number, state);
+}
+
 ll_status ll_store_open_class(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened)
 {
     return store->kind->shared->open_class(store, wanted, opened);

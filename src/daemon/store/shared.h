@@ -116,6 +116,20 @@ ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LE
 /* Deletes sessions without a living owner that were not used for `ttl_s`. */
 ll_status ll_store_expire(ll_store *store, double ttl_s, int64_t *deleted);
 
+/* ---- states ---- */
+
+/* A state of a session that saves a replay of its log up to there; each takes the place of the one before.
+ * The bytes are the caller's own. */
+typedef struct ll_stored_state {
+    char *bytes; /* NULL: none is stored */
+    size_t size;
+} ll_stored_state;
+
+/* Queued. Nothing is lost with it but time. */
+uint64_t ll_store_put_state(ll_store *store, ll_store_place place, const ll_stored_state *state);
+ll_status ll_store_read_state(ll_store *store, int64_t number,
+                              ll_stored_state *state); /* caller frees its bytes */
+
 /* ---- classes ---- */
 
 /* A class is claimed and released as a session is. Sessions that were made for it have the stem of its id

@@ -413,6 +413,11 @@ uint64_t ll_store_release(ll_store *store, ll_store_place place)
     return enqueue(store, RECORD_RELEASE, place, 0, NULL, 0);
 }
 
+uint64_t ll_store_put_state(ll_store *store, ll_store_place place, const ll_stored_state *state)
+{
+    return enqueue(store, RECORD_STATE, place, 0, state->bytes, state->size);
+}
+
 uint64_t ll_store_put_class(ll_store *store, int64_t daemon, const char *id, int64_t seen_ms,
                             const char *text)
 {

@@ -1,0 +1,314 @@
+/* From the store to a session: its log, and what saves a replay of it.
+ *
+ * A daemon that takes over hundreds of sessions must not replay hours of each. In a shared store a state is
+ * therefore kept now and then: whenever a replay up to the present would take long. A session is then
+ * restored from the newest one, and replays only what came later. On the way the replay is compared with a
+ * hash that the last owner stored. */
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "daemon/hosting/session_entry.h"
+#include "daemon/support/gzip.h"
+#include "daemon/support/log.h"
+
+enum {
+    LIGHT_BYTES = 6 << 20, /* with its checkpoints; the hash of a larger one would take a millisecond or more
+                              of each save */
+    STATE_BYTES = 16 << 20 /* a larger one is not kept */
+};
+#define HASH_NS LL_SECOND /* between two hashes of a session */
+#define LONGEST_NS                                                                                           \
+    (500 * LL_MS)              /* processor time of a comparison; a session that needs more is not compared */
+#define REPLAY_NS (50 * LL_MS) /* processor time of a replay that is worth a state, at least */
+#define REPLAY_NS_PER_BYTE                                                                                   \
+    30 /* and for each byte of the session: some ten times what it takes to store it                         \
+        */
+#define STATE_EACH_NS (10 * LL_MS) /* between two states of all sessions of this daemon */
+
+/* ---- hashes ---- */
+
+void ll_session_entry_add_hash(ll_session_entry *session_entry, ll_stored *row)
+{
+    ll_entry_stored *stored = &session_entry->stored;
+    ll_session_info info = ll_session_get_info(session_entry->session);
+    ll_time now = session_entry->wall;
+    bool fit = !info.parked && !info.seeking && info.status != LL_SESSION_FAILED &&
+               info.at_tick == info.tick && ll_session_awake_bytes(session_entry->session) <= LIGHT_BYTES;
+    if (fit && !session_entry->work.background_tick &&
+        (stored->hash_lines == 0 || now - stored->hashed_wall >= HASH_NS)) {
+        stored->hash_tick = info.tick;
+        stored->hash_lines = stored->lines;
+        stored->hash = ll_session_hash(session_entry->session);
+        stored->hashed_wall = now;
+    }
+    row->hash_tick = stored->hash_tick;
+    row->hash_lines = stored->hash_lines;
+    row->hash = stored->hash;
+}
+
+/* ---- keeping a state ---- */
+
+/* What a task compresses and stores. */
+typedef struct kept_state {
+    ll_session_entry *session_entry;
+    ll_store_place place;
+    void *bytes;
+    size_t size;
+} kept_state;
+
+static void run_keep(void *context, ll_task *task)
+{
+    kept_state *kept = context;
+    ll_stored_state state = {0};
+    ll_status status = ll_gzip_bytes(kept->bytes, kept->size, task, &state.bytes, &state.size);
+    if (!ll_failed(&status)) {
+        ll_store_put_state(kept->session_entry->host->store, kept->place, &state);
+        atomic_fetch_add(&kept->session_entry->host->counts.states_stored, 1);
+    }
+    free(state.bytes);
+    free(kept->bytes);
+    ll_session_entry_release(kept->session_entry);
+    free(kept);
+}
+
+static bool is_worth_a_state(const ll_session_entry *session_entry)
+{
+    const ll_entry_stored *stored = &session_entry->stored;
+    int64_t ticks = ll_session_get_info(session_entry->session).tick - stored->state_tick;
+    double bytes = (double)ll_session_bytes(session_entry->session);
+    double replay_ns = (double)ticks * session_entry->work.tick_ns, least = REPLAY_NS_PER_BYTE * bytes;
+    return bytes <= STATE_BYTES && replay_ns > REPLAY_NS && replay_ns > least;
+}
+
+/* Not those of all sessions at once. */
+static bool take_turn(ll_host_sharing *sharing)
+{
+    ll_time now = ll_host_now(), next = atomic_load(&sharing->next_state);
+    return now >= next && atomic_compare_exchange_strong(&sharing->next_state, &next, now + STATE_EACH_NS);
+}
+
+/* Takes the copy and its memory; false: it is not stored. */
+static bool start_keeping(ll_session_entry *session_entry, const kept_state *made)
+{
+    kept_state *kept = malloc(sizeof *kept);
+    ll_task_spec spec = {.client = "the daemon", .own = true, .run = run_keep, .context = kept};
+    if (!kept)
+        return false;
+    *kept = *made;
+    memcpy(spec.session, session_entry->identity.id, sizeof session_entry->identity.id);
+    ll_session_entry_retain(session_entry);
+    ll_status status = ll_tasks_add(session_entry->host->tasks, &spec, NULL);
+    if (!ll_failed(&status))
+        return true;
+    ll_session_entry_release(session_entry);
+    free(kept);
+    return false;
+}
+
+void ll_session_entry_keep_state(ll_session_entry *session_entry)
+{
+    ll_entry_stored *stored = &session_entry->stored;
+    kept_state made = {session_entry, stored->place, NULL, 0};
+    if (!ll_store_is_shared(session_entry->host->store) || session_entry->moved ||
+        session_entry->work.background_tick || !is_worth_a_state(session_entry) ||
+        !take_turn(&session_entry->host->sharing))
+        return;
+    ll_status status = ll_session_save_state(session_entry->session, &made.bytes, &made.size);
+    if (!ll_failed(&status) && start_keeping(session_entry, &made))
+        stored->state_tick = ll_session_get_info(session_entry->session).tick;
+    else
+        free(made.bytes);
+}
+
+/* ---- a stored state ---- */
+
+/* Reads it as it was saved; *state is empty if there is none, or it cannot be read. */
+static void read_state(ll_session_entry *session_entry, ll_stored_state *state)
+{
+    ll_store *store = session_entry->host->store;
+    ll_stored_state packed = {0};
+    *state = (ll_stored_state){0};
+    if (!ll_store_is_shared(store))
+        return;
+    ll_status status = ll_store_read_state(store, session_entry->stored.place.number, &packed);
+    if (!ll_failed(&status) && packed.bytes)
+        status = ll_gunzip_bytes(packed.bytes, packed.size, 2 * STATE_BYTES, &state->bytes, &state->size);
+    if (ll_failed(&status))
+        ll_log_write("warn", "state not read", "Stored session %" PRId64 ": %s",
+                     session_entry->stored.place.number, status.text);
+    free(packed.bytes);
+}
+
+static void drop(ll_stored_state *state)
+{
+    free(state->bytes);
+    *state = (ll_stored_state){0};
+}
+
+void ll_session_entry_fetch_state(ll_session_entry *session_entry)
+{
+    ll_stored_state state;
+    if (session_entry->stored.state_tick == 0)
+        return;
+    read_state(session_entry, &state);
+    if (state.bytes)
+        ll_session_use_state(session_entry->session, state.bytes, state.size); /* or replay all */
+    drop(&state);
+}
+
+/* ---- comparing ---- */
+
+static int64_t cpu_now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (int64_t)t.tv_sec * LL_SECOND + t.tv_nsec;
+}
+
+static bool before(void *context)
+{
+    const int64_t *until = context;
+    return cpu_now_ns() < *until;
+}
+
+static ll_status differs(ll_session_entry *session_entry, uint64_t hash)
+{
+    const ll_entry_stored *stored = &session_entry->stored;
+    if (!session_entry->differs)
+        atomic_fetch_add(&session_entry->host->counts.mismatches, 1);
+    session_entry->differs = true;
+    ll_log_write("error", "replay differs", "Stored session %" PRId64 " at tick %" PRId64 ".",
+                 stored->place.number, stored->hash_tick);
+    return ll_error(LL_CONFLICT,
+                    "The log of this session leads to another state than it had: at tick %" PRId64
+                    " hash %016" PRIx64 " instead of %016" PRIx64 ". Its log can still be read.",
+                    stored->hash_tick, hash, stored->hash);
+}
+
+/* Length of the first `lines` lines; 0: there are fewer. */
+static size_t length_of(const char *log, size_t length, int64_t lines)
+{
+    const char *at = log, *end = log + length;
+    for (int64_t i = 0; i < lines; i++) {
+        const char *newline = memchr(at, '\n', (size_t)(end - at));
+        if (!newline)
+            return 0;
+        at = newline + 1;
+    }
+    return (size_t)(at - log);
+}
+
+/* The session as it was when its hash was stored, parked; NULL: that cannot be compared. */
+static ll_session *restore_hashed(const ll_session_entry *session_entry, const ll_session_source *all)
+{
+    const ll_entry_stored *stored = &session_entry->stored;
+    ll_session_source part = *all;
+    ll_session *copy = NULL;
+    part.length = stored->hash_lines > 0 ? length_of(all->log, all->length, stored->hash_lines) : 0;
+    if (part.length == 0)
+        return NULL;
+    ll_status status = ll_session_restore_from(&part, NULL, NULL, &copy);
+    if (ll_failed(&status))
+        return NULL; /* the whole log says why */
+    int64_t from = ll_session_saved_tick(copy);
+    if (from <= stored->hash_tick) {
+        if (from > 0)
+            ll_session_set_position(copy, 0, &(ll_session_position){.tick = from, .head = from});
+        return copy;
+    }
+    ll_session_destroy(copy); /* the state is later */
+    return NULL;
+}
+
+/* Compares the replay with the stored hash. One that is equal leaves its state in place of *state: it is the
+ * latest. */
+static ll_status compare(ll_session_entry *session_entry, const ll_session_source *source,
+                         ll_stored_state *state)
+{
+    const ll_entry_stored *stored = &session_entry->stored;
+    ll_session *copy = restore_hashed(session_entry, source);
+    if (!copy)
+        return ll_ok();
+    int64_t until = cpu_now_ns() + LONGEST_NS;
+    ll_interrupt interrupt = {before, cpu_now_ns, &until};
+    ll_status status = ll_session_run_within(copy, stored->hash_tick, &interrupt);
+    bool there = !ll_failed(&status) && ll_session_get_info(copy).tick == stored->hash_tick;
+    uint64_t hash = there ? ll_session_hash(copy) : 0;
+    void *bytes = NULL;
+    size_t size = 0;
+    if (there && hash == stored->hash)
+        status = ll_session_save_state(copy, &bytes, &size);
+    ll_session_destroy(copy);
+    if (bytes) {
+        drop(state);
+        *state = (ll_stored_state){bytes, size};
+    }
+    return !there || hash == stored->hash ? ll_ok() : differs(session_entry, hash);
+}
+
+/* ---- loading ---- */
+
+/* Restores the clock as last stored, or at the last command when that is later. A playing session continues
+ * from the daemon's start, or from its claim. */
+static void resume(ll_session_entry *session_entry)
+{
+    const ll_entry_stored *row = &session_entry->stored;
+    const ll_host *host = session_entry->host;
+    ll_time from = ll_store_is_shared(host->store) ? session_entry->wall : host->started;
+    bool older = row->head_tick < ll_session_get_info(session_entry->session).head_tick;
+    ll_session_set_position(session_entry->session, from,
+                            &(ll_session_position){.tick = older ? -1 : row->tick,
+                                                   .head = row->head_tick,
+                                                   .speed = row->speed,
+                                                   .playing = row->playing});
+    session_entry->wall = from;
+}
+
+ll_status ll_session_entry_stored_log(ll_session_entry *session_entry, char **text, size_t *length)
+{
+    if (!session_entry->host->store)
+        return ll_error(LL_NOT_FOUND, "Sessions are not stored.");
+    return ll_store_read_log(session_entry->host->store, session_entry->stored.place.number, text, length);
+}
+
+static ll_status restore(ll_session_entry *session_entry, const ll_session_source *source)
+{
+    session_entry->restoring = true;
+    ll_status status =
+        ll_session_restore_from(source, ll_session_entry_on_line, session_entry, &session_entry->session);
+    session_entry->restoring = false;
+    if (!ll_failed(&status))
+        return status;
+    session_entry->session = NULL;
+    ll_log_write("error", "session not restored", "Stored session %" PRId64 ": %s",
+                 session_entry->stored.place.number, status.text);
+    return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
+}
+
+ll_status ll_session_entry_load(ll_session_entry *session_entry)
+{
+    char *log = NULL;
+    size_t length = 0;
+    ll_stored_state state;
+    LL_ASSERT(!session_entry->session && !session_entry->restoring); /* one thread loads it */
+    LL_TRY(ll_session_entry_stored_log(session_entry, &log, &length));
+    read_state(session_entry, &state);
+    bool stored = state.bytes != NULL;
+    ll_session_source source = {log, length, state.bytes, state.size};
+    ll_status status = compare(session_entry, &source, &state);
+    source.state = state.bytes;
+    source.state_size = state.size;
+    LL_THEN(status, restore(session_entry, &source));
+    if (!ll_failed(&status)) {
+        bool used = stored && ll_session_saved_tick(session_entry->session) > 0;
+        atomic_fetch_add(&session_entry->host->counts.states_used, used);
+        session_entry->stored.state_tick = used;
+        resume(session_entry);
+        ll_session_entry_update_stats(session_entry);
+    }
+    drop(&state);
+    free(log);
+    return status;
+}
