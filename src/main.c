@@ -33,8 +33,10 @@ static const struct {
      "work on the experiments of a store, beside workers on other machines", ll_verb_worker},
     {"submit", "EXPERIMENT --engine slurm --store URL [-n N] [--jobs N] [--print]",
      "start workers on a cluster", ll_verb_submit},
-    {"store", "list|show ID|pause ID...|resume ID...|delete ID... [--store URL] [--force]",
-     "look at the experiments of a store, pause, resume and delete them", ll_verb_store},
+    {"store", "list|show ID|pause ID...|resume ID...|delete ID...|import FOLDER [--store URL] [--force]",
+     "look at the experiments of a store, pause, resume and delete them; copy the sessions of a daemon's "
+     "folder into one",
+     ll_verb_store},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"reproduce", "EXPERIMENT RESULTS [--rows N]",
      "make rows of a sweep's results again; exit 1 where one differs", ll_verb_reproduce},

@@ -32,7 +32,7 @@ typedef enum ll_pg_fault {
     LL_PG_REFUSED,   /* anything else */
 } ll_pg_fault;
 
-enum { LL_PG_ARGUMENTS_MAX = 8, LL_PG_REASON_MAX = 256 };
+enum { LL_PG_ARGUMENTS_MAX = 12, LL_PG_REASON_MAX = 256 };
 
 /* ---- connections ---- */
 

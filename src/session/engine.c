@@ -14,6 +14,14 @@ void ll_session_emit_own(const ll_session *s, const char *op)
         ll_session_emit_op(s, op, s->listener.on_line, s->listener.context);
 }
 
+void ll_session_drop_saved_state(ll_session *s)
+{
+    free(s->saved.checkpoint.block);
+    free(s->saved.checkpoint.config);
+    free(s->saved.events);
+    s->saved = (ll_saved_state){.checkpoint.tick = -1};
+}
+
 void ll_session_drop_checkpoints(ll_session *s, int64_t from)
 {
     if (s->saved.checkpoint.tick >= from)
@@ -287,7 +295,8 @@ void ll_session_begin_rebuild(ll_session *s, int64_t tick)
     s->events.base = s->events.count;
     s->transition.record_from = record_from;
     if (best && best->tick > record_from) {
-        ll_session_take_saved_events(s);
+        for (uint32_t i = 0; i < s->saved.event_count; i++)
+            ll_session_keep_event(s, &s->saved.events[i]);
         s->transition.record_from = best->tick;
     }
 }

@@ -52,7 +52,7 @@ typedef struct ll_checkpoint {
     ll_log_position position;
 } ll_checkpoint;
 
-/* A state that was saved outside, until the session has woken: see saved_state.c. */
+/* A state that was kept outside (saved_state.c), until the session has woken. */
 typedef struct ll_saved_state {
     ll_checkpoint checkpoint;
     ll_event *events; /* of the last seconds before it */
@@ -205,12 +205,6 @@ void ll_session_emit_restart(const ll_session *s);
 ll_status ll_input_read(const struct cJSON *json, ll_log_entry *entry);
 struct cJSON *ll_input_write(const ll_log_entry *entry); /* caller deletes */
 
-/* ---- timeline.c ---- */
-
-/* Tick at which a step acts; INT64_MAX after the last step. */
-int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
-ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
-
 /* ---- tick_hashes.c ---- */
 
 void ll_session_drop_hashes(ll_session *s, int64_t from); /* those of `from` and later ticks */
@@ -225,6 +219,10 @@ ll_status ll_change_values(const ll_sim_kind *kind, void *config, const struct c
                            ll_param_change *change, void *context);
 ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values);
 
+/* Tick at which a step acts; INT64_MAX after the last step. */
+int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
+ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
+
 /* ---- engine.c ---- */
 
 void ll_session_run(ll_session *s, int64_t to, bool record);
@@ -232,6 +230,7 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint,
                            bool record);  /* checkpoint NULL: from the beginning */
 void ll_session_apply_due(ll_session *s); /* applies log and timeline up to the present tick */
 void ll_session_drop_checkpoints(ll_session *s, int64_t from); /* those of `from` and later ticks */
+void ll_session_drop_saved_state(ll_session *s);
 void ll_session_emit_own(const ll_session *s, const char *op); /* emits an op to the session's own listener */
 void ll_session_set_clock(ll_session *s, ll_time wall);        /* the present tick is due at `wall` */
 
@@ -246,11 +245,6 @@ void ll_session_begin_rebuild(ll_session *s, int64_t tick);
 /* First tick whose events are kept on the way to `tick`: viewers show only the last seconds before it. */
 int64_t ll_session_first_recorded(const ll_session *s, int64_t tick);
 void ll_session_invalidate(ll_session *s); /* the block was interrupted within a tick: rebuild it */
-
-/* ---- saved_state.c ---- */
-
-void ll_session_drop_saved_state(ll_session *s);
-void ll_session_take_saved_events(ll_session *s); /* the run begins from the saved state */
 
 /* ---- transition.c ---- */
 

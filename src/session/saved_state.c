@@ -201,18 +201,3 @@ int64_t ll_session_saved_tick(const ll_session *s)
 {
     return s->saved.checkpoint.tick;
 }
-
-void ll_session_take_saved_events(ll_session *s)
-{
-    const ll_saved_state *saved = &s->saved;
-    for (uint32_t i = 0; i < saved->event_count; i++)
-        ll_session_keep_event(s, &saved->events[i]);
-}
-
-void ll_session_drop_saved_state(ll_session *s)
-{
-    free(s->saved.checkpoint.block);
-    free(s->saved.checkpoint.config);
-    free(s->saved.events);
-    s->saved = (ll_saved_state){.checkpoint.tick = -1};
-}

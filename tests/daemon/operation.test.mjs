@@ -2,7 +2,7 @@
 // backup that is restored.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
+import { chmodSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -315,4 +315,72 @@ test('a backup is made and restored as docs/scale.md has it', { skip: SHARED || 
   assert.equal((await c.patch(kept[0].session, { 'players.0.lag_ms': 77 })).status, 200, 'and it goes on');
   const said = follow(proof);
   assert.equal([...said.matchAll(/"hash":/g)].length, 10, said);
+});
+
+const BACKUP_TOOLS = absent('pg_basebackup') || absent('psql') || absent('setpriv');
+
+test('the write-ahead log is archived, and a mistake undone, as docs/scale.md has it', { skip: SHARED || BACKUP_TOOLS }, async (t) => {
+  const { missing, call: postgres, count } = ownPostgres();
+  if (missing) return t.skip(missing);
+  t.after(() => postgres('remove'));
+  const store = postgres('start'),
+    server = store.slice(store.indexOf('host=') + 5),
+    [, , , archive, base, restore] = blocks('Backup');
+  /* The service manager of the guide is the script that has the server. */
+  const script = path.join(ROOT, 'tests/support/postgres'),
+    bin = mkdtempSync(path.join(tmpdir(), 'laglab-bin-'));
+  t.after(() => rmSync(bin, { recursive: true, force: true }));
+  chmodSync(bin, 0o755);
+  writeFileSync(
+    path.join(bin, 'systemctl'),
+    `#!/bin/sh -e\ncase $1 in re*) "${script}" stop "${server}"; "${script}" start "${server}";; *) "${script}" $1 "${server}";; esac\n`,
+    { mode: 0o755 },
+  );
+  const as = process.getuid?.() === 0 ? ['setpriv', '--reuid', 'postgres', '--regid', 'postgres', '--init-groups'] : [];
+  const follow = (/** @type {string} */ commands) => {
+    const text = commands
+      .replaceAll('/backup/', `${server}/backup/`)
+      .replaceAll('/var/lib/postgresql/15/main', `${server}/data`)
+      .replaceAll('/var/lib/postgresql/15/', `${server}/`);
+    const [command, ...rest] = [...as, 'bash', '-eu', '-o', 'pipefail', '-c', text];
+    const result = spawnSync(command, rest, {
+      encoding: 'utf8',
+      cwd: '/',
+      env: { ...env, HOME: '/', PGHOST: server, PGUSER: 'laglab', PATH: `${bin}:${env.PATH}` },
+      timeout: 60000,
+    });
+    assert.equal(result.status, 0, `${text}: ${result.stderr}`);
+  };
+  const start = async () => {
+    const daemon = await startDaemon({ args: ['--store', store, '--url', 'http://127.0.0.1:1'] });
+    return { daemon, c: client(daemon.url) };
+  };
+  follow(archive);
+  let { daemon, c } = await start();
+  const before = await c.make({ paused: true });
+  follow(base);
+  const after = await c.make({ paused: true });
+  for (const session of [before, after]) {
+    assert.equal((await c.patch(session, { 'players.0.lag_ms': 77 })).status, 200);
+    await c.control(session, { op: 'step', ticks: 90 });
+  }
+  const hashes = async () => Promise.all([before, after].map(async ({ links }) => (await c.get(links.state)).json.hash)),
+    wanted = await hashes(),
+    moment = postgres('sql', 'SELECT now()');
+  // The mistake, and what comes after it.
+  const late = await c.make({ paused: true });
+  postgres('sql', `DELETE FROM laglab_sessions.line WHERE session=(SELECT no FROM laglab_sessions.session WHERE id='${after.id}')`);
+  c.close();
+  await daemon.stop();
+  assert.match(restore, /'2026-11-28 09:30:00\+00'/);
+  follow(restore.replace('2026-11-28 09:30:00+00', moment));
+  ({ daemon, c } = await start());
+  t.after(async () => {
+    c.close();
+    await daemon.stop();
+  });
+  assert.deepEqual(await hashes(), wanted, 'also what was made after the base');
+  assert.equal((await c.get(late.links.self)).status, 404, 'what came later is undone');
+  assert.equal((await c.patch(after, { 'players.0.lag_ms': 5 })).status, 200, 'and it goes on');
+  assert.equal(count('SELECT count(*) FROM laglab_sessions.session'), 2);
 });

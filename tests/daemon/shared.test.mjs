@@ -6,7 +6,7 @@ import { once } from 'node:events';
 import { readFileSync, readdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { ownPostgres } from '../lib/chaos.mjs';
-import { client, pause, waitFor } from '../lib/client.mjs';
+import { client, openStream, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { eventually, freePort, member, memberOf, metric } from '../lib/group.mjs';
 
@@ -311,11 +311,49 @@ test('a daemon that starts before its database waits for it, as long as it may',
     const its = other('start');
     other('kill');
     await assert.rejects(member(its, { args: ['--store-wait-s', '0'] }), /ended with 1: .*not usable/s);
-    const starting = member(its);
-    await pause(500);
+    const port = await freePort(),
+      c = client(`http://127.0.0.1:${port}/`);
+    t.after(() => c.close());
+    const starting = member(its, { port });
+    // Alive and not ready; what asks for anything else may come again.
+    await waitFor(async () => (await c.get('/healthz').catch(() => null))?.status === 200, 'it is alive');
+    const early = await c.get('/readyz');
+    assert.deepEqual([early.status, /** @type {any} */ (early.json).detail], [404, 'The daemon is starting: it waits for its store.']);
+    const session = '/api/v1/sessions';
+    for (const { status, headers } of [
+      await c.get('/'),
+      await c.get('/metrics'),
+      await c.get(`${session}/${'a'.repeat(26)}?x=1`),
+      await c.call('POST', session, { body: { scenario: 'race' } }),
+      await c.call('DELETE', `${session}/${'a'.repeat(26)}`),
+    ]) {
+      assert.equal(status, 503);
+      assert.ok(Number(headers['retry-after']) >= 1);
+    }
+    await assert.rejects(openStream(c.url, `sessions/${'a'.repeat(26)}`), { status: 503 });
+    // From here on it is asked all the time: no connection is refused while it becomes ready.
+    const end = performance.now() + 20000;
+    let last = 0,
+      asked = 0,
+      refused = 0;
+    const asking = (async () => {
+      for (; last !== 200 && performance.now() < end; asked++) {
+        const answer = await fetch(`${c.url}readyz`, { headers: { connection: 'close' }, signal: AbortSignal.timeout(5000) }).catch(
+          (error) => {
+            if (error.cause?.code === 'ECONNREFUSED') refused++;
+            return null; // of one that was accepted just before the end its head was not read
+          },
+        );
+        await answer?.text();
+        last = answer?.status ?? 0;
+      }
+    })();
     assert.equal(other('start'), its);
     const daemon = await starting;
     t.after(daemon.kill);
+    await asking;
+    assert.deepEqual([last, refused], [200, 0]);
+    t.diagnostic(`asked ${asked} times`);
     assert.match(daemon.errors(), /waiting for the store.*not usable/);
     assert.equal((await daemon.c.get('/readyz')).status, 200);
     daemon.c.close();

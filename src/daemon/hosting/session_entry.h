@@ -258,8 +258,6 @@ struct ll_host {
     ll_host_sharing sharing;
 };
 
-/* ---- roles.c ---- */
-
 /* As ll_session_entry_role; `guest`: by another's key. */
 int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,
                                bool *guest);
@@ -285,7 +283,6 @@ bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_has
 void ll_session_entry_count_log(ll_session_entry *session_entry,
                                 int64_t bytes); /* of its lines; may be negative */
 void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
-void ll_session_entry_save(ll_session_entry *session_entry);                   /* queues the row; locked */
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
 void ll_session_entry_update_stats(
     ll_session_entry *session_entry); /* updates status and memory for the statistics; locked */
@@ -365,17 +362,15 @@ bool ll_neighbour_is_url(const char *url);
  * marked as dead. */
 ll_status ll_neighbour_judge(ll_store *store, int64_t daemon, const char *url, bool over, bool *gone);
 
-/* ---- recovery.c ---- */
+/* ---- stored.c ---- */
+
+void ll_session_entry_save(
+    ll_session_entry *session_entry); /* queues the row, and a state if a replay takes long by now; locked */
 
 /* Of a session that is stored only. LL_CONFLICT: its log leads to another state than it had. Locked. */
 ll_status ll_session_entry_load(ll_session_entry *session_entry);
 /* For a parked session that will wake: from its stored state, if it has one. Locked. */
 void ll_session_entry_fetch_state(ll_session_entry *session_entry);
-/* Stores the present state if a replay up to it takes long by now; locked. */
-void ll_session_entry_keep_state(ll_session_entry *session_entry);
-/* The hash of the present state for `row`, or the last one that was made, for a session whose state is small;
- * locked. */
-void ll_session_entry_add_hash(ll_session_entry *session_entry, ll_stored *row);
 
 /* ---- worker.c ---- */
 

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -514,6 +515,11 @@ ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const 
     acceptor->ws = ws;
     acceptor->started = pthread_create(&acceptor->thread, NULL, acceptor_main, acceptor) == 0;
     return acceptor->started ? ll_ok() : ll_error(LL_IO, "cannot start listener thread");
+}
+
+int ll_acceptor_share(const ll_acceptor *acceptor)
+{
+    return fcntl(acceptor->listener, F_DUPFD_CLOEXEC, 0);
 }
 
 const char *ll_acceptor_address(const ll_acceptor *acceptor)

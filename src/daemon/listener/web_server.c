@@ -48,14 +48,15 @@ static int inherited_listener(void)
     return meant ? 3 : -1;
 }
 
-static ll_status start(ll_web_server *web_server, const ll_http_app *app, const ll_ws_hooks *hooks)
+static ll_status start(ll_web_server *web_server, int listener, const ll_http_app *app,
+                       const ll_ws_hooks *hooks)
 {
     const ll_web_server_config *config = &web_server->config;
     ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
     if (ll_failed(&status)) {
         return status;
     }
-    status = ll_acceptor_listen(config, inherited_listener(), &web_server->acceptor);
+    status = ll_acceptor_listen(config, listener, &web_server->acceptor);
     if (ll_failed(&status)) {
         return status;
     }
@@ -77,9 +78,9 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app, const 
                              web_server->connection_limiter, web_server->http, web_server->ws);
 }
 
-ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
-                             ll_web_server **result)
+static ll_status open_on(int listener, const ll_web_server_config *config, const ll_http_app *app,
+                         const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
+                         ll_web_server **result)
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
@@ -91,7 +92,7 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
     web_server->log = log;
     web_server->log_context = log_context;
     set_descriptor_limit(config);
-    ll_status status = start(web_server, app, hooks);
+    ll_status status = start(web_server, listener, app, hooks);
     if (ll_failed(&status)) {
         ll_web_server_close(web_server);
         return status;
@@ -101,6 +102,25 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
     }
     *result = web_server;
     return status;
+}
+
+ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
+                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
+                             ll_web_server **result)
+{
+    return open_on(inherited_listener(), config, app, hooks, log, log_context, result);
+}
+
+ll_status ll_web_server_open_after(ll_web_server *before, const ll_web_server_config *config,
+                                   const ll_http_app *app, const ll_ws_hooks *hooks, ll_web_server_log *log,
+                                   void *log_context, ll_web_server **result)
+{
+    int listener = ll_acceptor_share(before->acceptor);
+    ll_web_server_close(before);
+    if (listener < 0) {
+        return ll_error(LL_IO, "cannot listen: %s", strerror(errno));
+    }
+    return open_on(listener, config, app, hooks, log, log_context, result);
 }
 
 uint16_t ll_web_server_port(const ll_web_server *web_server)

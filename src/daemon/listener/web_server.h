@@ -47,6 +47,11 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
                              const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
                              ll_web_server **web_server);
 
+/* The same on the socket of another one, which is closed: connections that are not accepted yet wait. */
+ll_status ll_web_server_open_after(ll_web_server *before, const ll_web_server_config *config,
+                                   const ll_http_app *app, const ll_ws_hooks *hooks, ll_web_server_log *log,
+                                   void *log_context, ll_web_server **web_server);
+
 uint16_t ll_web_server_port(const ll_web_server *web_server);
 const char *ll_web_server_address(const ll_web_server *web_server); /* as bound: `127.0.0.1:8080` */
 ll_ws *ll_web_server_ws(ll_web_server *web_server);

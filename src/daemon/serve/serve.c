@@ -16,6 +16,7 @@
 #include "daemon/hosting/host.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/listener/web_server.h"
+#include "daemon/serve/waiting.h"
 #include "daemon/store/shared.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
@@ -40,6 +41,7 @@ typedef struct daemon_parts {
     ll_host *host;
     ll_experiments *experiments;
     ll_api api;
+    ll_web_server *waiting; /* listens before `web_server` does */
     ll_web_server *web_server;
     sigset_t signals;
     atomic_flag saving; /* set by the first that ends the process: stop() or the forced exit */
@@ -79,26 +81,35 @@ static const char *shared_url(const daemon_parts *d)
                                                                                                    : NULL;
 }
 
+/* True: it is time to try the store again. */
+static bool pause_for_store(daemon_parts *d, const struct timespec *begun, ll_status *status)
+{
+    static const struct timespec pause = {.tv_nsec = STORE_RETRY_NS};
+    struct timespec now;
+    int got = sigtimedwait(&d->signals, NULL, &pause);
+    if (got > 0) {
+        *status = ll_error(LL_INTERRUPTED, "%s while waiting for the store: %s", ll_process_signal_name(got),
+                           status->text);
+        return false;
+    }
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - begun->tv_sec) < d->host_config.store_wait_s;
+}
+
 /* After a power failure a daemon may start before its database. */
 static ll_status wait_for_store(daemon_parts *d, const ll_shared_config *config)
 {
-    static const struct timespec pause = {.tv_nsec = STORE_RETRY_NS};
-    struct timespec begun, now;
+    struct timespec begun;
     clock_gettime(CLOCK_MONOTONIC, &begun);
     ll_status status = ll_store_open_shared(config, &d->store);
-    if (status.code == LL_UNAVAILABLE && d->host_config.store_wait_s > 0)
-        ll_log_write("warn", "waiting for the store", "%s The start goes on when it answers; at most %g s.",
-                     status.text, d->host_config.store_wait_s);
-    while (status.code == LL_UNAVAILABLE) {
-        int got = sigtimedwait(&d->signals, NULL, &pause);
-        if (got > 0)
-            return ll_error(LL_INTERRUPTED, "%s while waiting for the store: %s", ll_process_signal_name(got),
-                            status.text);
-        clock_gettime(CLOCK_MONOTONIC, &now);
-        if ((double)(now.tv_sec - begun.tv_sec) >= d->host_config.store_wait_s)
-            return status;
+    if (status.code != LL_UNAVAILABLE || d->host_config.store_wait_s <= 0)
+        return status;
+    LL_TRY(ll_waiting_open(&d->web_server_config, &d->waiting));
+    ll_log_write("warn", "waiting for the store",
+                 "%s The start goes on when it answers; at most %g s. Until then http://%s/readyz is 404.",
+                 status.text, d->host_config.store_wait_s, ll_web_server_address(d->waiting));
+    while (status.code == LL_UNAVAILABLE && pause_for_store(d, &begun, &status))
         status = ll_store_open_shared(config, &d->store);
-    }
     return status;
 }
 
@@ -149,6 +160,16 @@ static void log_web_server(void *context, const char *level, const char *message
     ll_log_write(level, "web server", "%s", message);
 }
 
+static ll_status open_web_server(daemon_parts *d, const ll_http_app *app, const ll_ws_hooks *hooks)
+{
+    ll_web_server *before = d->waiting;
+    d->waiting = NULL;
+    if (!before)
+        return ll_web_server_open(&d->web_server_config, app, hooks, log_web_server, NULL, &d->web_server);
+    return ll_web_server_open_after(before, &d->web_server_config, app, hooks, log_web_server, NULL,
+                                    &d->web_server);
+}
+
 static ll_status start(daemon_parts *d)
 {
     ll_status status = ll_access_open(&d->access_config, &d->access);
@@ -171,9 +192,7 @@ static ll_status start(daemon_parts *d)
         .done = ll_api_done,
     };
     ll_ws_hooks hooks = ll_host_hooks(d->host);
-    status = ll_web_server_open(&d->web_server_config, &app, &hooks, log_web_server, NULL, &d->web_server);
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(open_web_server(d, &app, &hooks));
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
@@ -238,6 +257,7 @@ static ll_status stop(daemon_parts *d)
     if (d->tasks)
         ll_tasks_drain(d->tasks);
     ll_experiments_request_stop(d->experiments);
+    ll_web_server_close(d->waiting);
     if (d->web_server)
         ll_web_server_drain(d->web_server);
     if (d->host)

@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 
+#include "daemon/store/import.h"
 #include "daemon/store/shared.h"
 #include "daemon/store/store.h"
 
@@ -95,9 +96,15 @@ struct ll_store {
     void *notify_context;
 };
 
-/* ---- postgres.c: only if built with libpq ---- */
+/* ---- sqlite.c ---- */
+
+/* A folder to be read only, with its lock. Its database stays as it is. LL_NOT_FOUND: it has none. */
+ll_status ll_sqlite_open_source(const char *directory, ll_store **store);
+
+/* ---- postgres.c, postgres_import.c: only if built with libpq ---- */
 
 ll_status ll_pg_open(const ll_shared_config *config, ll_store **store);
+ll_status ll_pg_import(const char *directory, const char *url, ll_imported *imported);
 
 /* ---- store.c ---- */
 

@@ -156,7 +156,7 @@ static postgres_store *new_store(const ll_shared_config *config)
     return s;
 }
 
-ll_status ll_pg_open(const ll_shared_config *config, ll_store **store)
+ll_status ll_pg_open_tables(const ll_shared_config *config, postgres_store **store)
 {
     *store = NULL;
     postgres_store *s = new_store(config);
@@ -165,7 +165,19 @@ ll_status ll_pg_open(const ll_shared_config *config, ll_store **store)
     ll_status status = ll_pg_check_url(s->url, s->name);
     LL_THEN(status, ll_pg_reach(s, &s->reader));
     LL_THEN(status, prepare_schema(s));
-    LL_THEN(status, ll_pg_reach(s, &s->writer));
+    if (ll_failed(&status))
+        close_store(&s->base);
+    else
+        *store = s;
+    return status;
+}
+
+ll_status ll_pg_open(const ll_shared_config *config, ll_store **store)
+{
+    postgres_store *s;
+    *store = NULL;
+    LL_TRY(ll_pg_open_tables(config, &s));
+    ll_status status = ll_pg_reach(s, &s->writer);
     LL_THEN(status, ll_pg_reach(s, &s->lease));
     LL_THEN(status, ll_pg_start_lease(s));
     LL_THEN(status, ll_store_start(&s->base));

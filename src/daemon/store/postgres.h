@@ -1,7 +1,7 @@
 /* Shared by the files of the store in PostgreSQL, lower ones first: postgres_link.c (connections),
  * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_state.c (their states),
  * postgres_class.c (classes), postgres_answer.c (repeated requests), postgres_lease.c (the lease thread),
- * postgres.c (tables, opening). Not for other rooms. */
+ * postgres.c (tables, opening), postgres_import.c (a folder's sessions). Not for other rooms. */
 #pragma once
 
 #include <stdatomic.h>
@@ -37,6 +37,11 @@ typedef struct pg_self {
     int64_t daemon; /* 0: none now */
     char token[PG_TOKEN_MAX];
 } pg_self;
+
+/* ---- postgres.c ---- */
+
+/* The reader's connection and the tables, without an incarnation and its threads. Ended by ll_store_close. */
+ll_status ll_pg_open_tables(const ll_shared_config *config, postgres_store **store);
 
 /* ---- postgres_link.c ---- */
 

@@ -18,6 +18,17 @@ ll_status ll_store_open_shared(const ll_shared_config *config, ll_store **store)
 #endif
 }
 
+ll_status ll_store_import(const char *directory, const char *url, ll_imported *imported)
+{
+    *imported = (ll_imported){0};
+#ifdef LAGLAB_POSTGRES
+    return ll_pg_import(directory, url, imported);
+#else
+    (void)directory, (void)url;
+    return ll_field_error(LL_BAD_INPUT, "store", "store: this build of laglab has no PostgreSQL.");
+#endif
+}
+
 bool ll_store_is_shared(const ll_store *store)
 {
     return store && store->kind->shared;

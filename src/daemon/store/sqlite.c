@@ -206,16 +206,21 @@ static bool read_number(sqlite3 *db, const char *sql, int64_t *number)
     return found;
 }
 
+static ll_status check_version(const sqlite_store *store, int64_t version)
+{
+    if (version <= SCHEMA_VERSION)
+        return ll_ok();
+    return ll_error(LL_IO, "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
+                    store->directory, (long long)version, SCHEMA_VERSION);
+}
+
 static ll_status prepare_schema(sqlite_store *store)
 {
     sqlite3 *db = store->writer_db;
     int64_t version = 0;
     if (!read_number(db, "PRAGMA user_version", &version))
         return failure(store, db, "Opening the database");
-    if (version > SCHEMA_VERSION)
-        return ll_error(LL_IO,
-                        "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
-                        store->directory, (long long)version, SCHEMA_VERSION);
+    LL_TRY(check_version(store, version));
     if (version == 0) {
         char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
         int result = sqlite3_exec(db, made, NULL, NULL, NULL);
@@ -427,4 +432,48 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     }
     *result = &store->base;
     return ll_ok();
+}
+
+/* ---- opening to read only ---- */
+
+/* A database that was made before classes were stored lacks their table: an empty one stands for it. */
+static ll_status open_to_read(sqlite_store *store)
+{
+    char path[4096];
+    int64_t version = 0, classes = 0;
+    snprintf(path, sizeof path, "%s/laglab.db", store->directory);
+    if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, NULL) !=
+        SQLITE_OK)
+        return failure(store, store->reader_db, "Opening the database");
+    sqlite3_busy_timeout(store->reader_db, BUSY_MS);
+    if (!read_number(store->reader_db, "PRAGMA user_version", &version) ||
+        !read_number(store->reader_db, "SELECT count(*) FROM sqlite_master WHERE name='classes'", &classes))
+        return failure(store, store->reader_db, "Reading");
+    LL_TRY(check_version(store, version));
+    if (version == 0)
+        return ll_error(LL_NOT_FOUND, "There are no sessions in %s.", store->directory);
+    if (classes == 0 && sqlite3_exec(store->reader_db, "CREATE TEMP TABLE classes(id, seen_ms, state)", NULL,
+                                     NULL, NULL) != SQLITE_OK)
+        return failure(store, store->reader_db, "Reading");
+    return ll_ok();
+}
+
+ll_status ll_sqlite_open_source(const char *directory, ll_store **result)
+{
+    char path[4096];
+    struct stat found;
+    *result = NULL;
+    snprintf(path, sizeof path, "%s/laglab.db", directory);
+    if (stat(path, &found) != 0)
+        return ll_error(LL_NOT_FOUND, "There are no sessions in %.200s: it has no laglab.db.", directory);
+    sqlite_store *store = new_store(directory);
+    if (!store)
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
+    ll_status status = take_lock(store);
+    LL_THEN(status, open_to_read(store));
+    if (ll_failed(&status))
+        close_store(&store->base);
+    else
+        *result = &store->base;
+    return status;
 }

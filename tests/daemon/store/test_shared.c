@@ -10,10 +10,12 @@
 #include <string.h>
 
 #include <pthread.h>
+#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <cmocka.h>
 
+#include "daemon/store/import.h"
 #include "daemon/store/shared.h"
 
 static char server[200], url[400];
@@ -396,6 +398,68 @@ static void a_daemon_replaces_the_one_before(void **state)
     must(ll_store_close(b));
 }
 
+/* Of a laglab that stored no classes; one session has no log. */
+static ll_stored make_folder(const char *folder, const char *line)
+{
+    ll_store *store;
+    ll_stored row = {.code = "2345",
+                     .key_count = LL_STORE_KEYS,
+                     .speed = 0.25,
+                     .tick = 3,
+                     .head_tick = 5,
+                     .created_ms = 77,
+                     .seen_ms = INT64_MAX / 2},
+              empty = row;
+    must(ll_store_open(folder, &store));
+    must(ll_store_new_place(store, &row.place));
+    must(ll_store_new_place(store, &empty.place));
+    assert_true(ll_new_id(row.id) && ll_new_id(empty.id));
+    for (size_t i = 0; i < sizeof row.keys; i++)
+        ((unsigned char *)row.keys)[i] = (unsigned char)(i * 31);
+    ll_store_put(store, &empty);
+    ll_store_put(store, &row);
+    ll_store_line(store, row.place, 0, line, strlen(line));
+    ll_store_line(store, row.place, 1, "", 0);
+    ll_store_line(store, row.place, 2, "two", 3);
+    must(ll_store_close(store));
+    char path[100];
+    sqlite3 *db;
+    snprintf(path, sizeof path, "%s/laglab.db", folder);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, "DROP TABLE classes", NULL, NULL, NULL), SQLITE_OK);
+    sqlite3_close(db);
+    return row;
+}
+
+static void a_folder_is_imported(void **state)
+{
+    (void)state;
+    static const char line[] = "\ta\\N\r\\.\"\\t' \xc3\xa9";
+    char folder[] = "/tmp/laglab-import-XXXXXX", remove[100], wanted[100];
+    assert_non_null(mkdtemp(folder));
+    ll_stored row = make_folder(folder, line);
+    ll_imported got;
+    must(ll_store_import(folder, url, &got));
+    assert_true(got.sessions == 1 && got.left_out == 1 && got.lines == 3 && got.classes == 0);
+    ll_store *a = join(30);
+    ll_claim claimed = claim(a, row.id);
+    assert_int_equal(claimed.result, LL_CLAIM_DONE);
+    assert_int_equal(claimed.why, LL_CLAIM_FREE);
+    assert_string_equal(claimed.row.code, row.code);
+    assert_int_equal(claimed.row.key_count, LL_STORE_KEYS);
+    assert_memory_equal(claimed.row.keys, row.keys, sizeof row.keys);
+    assert_true(!claimed.row.playing && claimed.row.speed == 0.25 && claimed.row.tick == 3);
+    assert_true(claimed.row.head_tick == 5 && claimed.row.created_ms == 77 && claimed.row.lines == 3);
+    assert_true(claimed.row.hash_lines == 0 && claimed.row.log_bytes == got.bytes);
+    snprintf(wanted, sizeof wanted, "%s\n\ntwo\n", line);
+    expect_log(a, claimed.row.place.number, wanted);
+    ll_status status = ll_store_import(folder, url, &got);
+    assert_true(status.code == LL_CONFLICT && strstr(status.text, row.id) && got.sessions == 0);
+    must(ll_store_close(a));
+    snprintf(remove, sizeof remove, "rm -r %s", folder);
+    assert_int_equal(system(remove), 0);
+}
+
 static void bad_urls_and_newer_schemas_are_refused(void **state)
 {
     (void)state;
@@ -429,6 +493,7 @@ int main(void)
         cmocka_unit_test(codes_are_unique_and_deleted_with_their_session),
         cmocka_unit_test(old_sessions_without_a_living_owner_are_deleted),
         cmocka_unit_test(a_daemon_replaces_the_one_before),
+        cmocka_unit_test(a_folder_is_imported),
         cmocka_unit_test(bad_urls_and_newer_schemas_are_refused),
     };
     int made = ask_server(server, sizeof server, "make", "");

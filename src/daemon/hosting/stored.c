@@ -1,4 +1,4 @@
-/* From the store to a session: its log, and what saves a replay of it.
+/* A session and the store: its row, its log, and what saves a replay of it.
  *
  * A daemon that takes over hundreds of sessions must not replay hours of each. In a shared store a state is
  * therefore kept now and then: whenever a replay up to the present would take long. A session is then
@@ -29,7 +29,7 @@ enum {
 
 /* ---- hashes ---- */
 
-void ll_session_entry_add_hash(ll_session_entry *session_entry, ll_stored *row)
+static void add_hash(ll_session_entry *session_entry, ll_stored *row)
 {
     ll_entry_stored *stored = &session_entry->stored;
     ll_session_info info = ll_session_get_info(session_entry->session);
@@ -107,7 +107,7 @@ static bool start_keeping(ll_session_entry *session_entry, const kept_state *mad
     return false;
 }
 
-void ll_session_entry_keep_state(ll_session_entry *session_entry)
+static void keep_state(ll_session_entry *session_entry)
 {
     ll_entry_stored *stored = &session_entry->stored;
     kept_state made = {session_entry, stored->place, NULL, 0};
@@ -120,6 +120,52 @@ void ll_session_entry_keep_state(ll_session_entry *session_entry)
         stored->state_tick = ll_session_get_info(session_entry->session).tick;
     else
         free(made.bytes);
+}
+
+/* ---- the row ---- */
+
+static int64_t unix_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+void ll_session_entry_save(ll_session_entry *session_entry)
+{
+    if (!session_entry->session || session_entry->deleted)
+        return;
+    ll_session_info info = ll_session_get_info(session_entry->session);
+    ll_entry_stored *stored = &session_entry->stored;
+    const ll_entry_identity *identity = &session_entry->identity;
+    ll_stored row = {.place = stored->place,
+                     .created_ms = identity->created_ms,
+                     .seen_ms = unix_ms(),
+                     .key_count = identity->key_count,
+                     .playing = info.status == LL_SESSION_PLAYING,
+                     .speed = info.speed,
+                     .tick = info.tick,
+                     .head_tick = info.head_tick,
+                     .lines = stored->lines};
+    memcpy(row.id, identity->id, sizeof row.id);
+    memcpy(row.code, identity->code, sizeof row.code);
+    memcpy(row.keys, identity->keys, (size_t)identity->key_count * sizeof *row.keys);
+    if (ll_store_is_shared(session_entry->host->store))
+        add_hash(session_entry, &row);
+    stored->playing = row.playing;
+    stored->speed = row.speed;
+    stored->tick = row.tick;
+    stored->head_tick = row.head_tick;
+    stored->saved_wall = session_entry->wall;
+    stored->rewound = false;
+    if (stored->collecting) {
+        ll_store_batch_put(&stored->collected, &row);
+        stored->ticket = ll_store_submit(session_entry->host->store, &stored->collected);
+        stored->collecting = false;
+    } else {
+        stored->ticket = ll_store_put(session_entry->host->store, &row);
+        keep_state(session_entry);
+    }
 }
 
 /* ---- a stored state ---- */
