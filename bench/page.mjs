@@ -1,5 +1,5 @@
-// The page on a slow machine: Chromium with a processor six times slower. What it reads until a lab shows its first frame and in the seconds after it,
-// when that frame stands, how many frames it draws a second, and the script of each.
+// The page on a slow machine: Chromium with a processor six times slower. What it reads until a lab shows its first frame and in the
+// seconds after it, when that frame stands, how many frames it draws a second, and the script of each.
 //   bench/run page [--quick] [--rate=6] [--labs=race,fluid]      --rate: how many times slower
 import { digits, interleave, median, pause, printTable, say, writeCsv } from './lib.mjs';
 import { startDaemon } from '../tests/lib/daemon.mjs';

@@ -1,7 +1,8 @@
-// An hour at full load, after which memory and descriptors must be where they were: sessions of every kind come and go with viewers, commands,
-// forks, seeks and reads; experiments and searches for advice run and are fetched in every format; clients leave in the middle, and send malformed requests.
-// Every ten seconds a line with the resources of the daemon goes into bench/results/soak.csv. Under load that depends on the present
-// sessions: so the load pauses now and then until all are deleted, and the lines of these rests (idle 1) show what remains.
+// An hour at full load, after which memory and descriptors must be where they were: sessions of every kind come and go with viewers,
+// commands, forks, seeks and reads; experiments and searches for advice run and are fetched in every format; clients leave in the middle,
+// and send malformed requests. Every ten seconds a line with the resources of the daemon goes into bench/results/soak.csv. Under load that
+// depends on the present sessions: so the load pauses now and then until all are deleted, and the lines of these rests (idle 1) show what
+// remains.
 //   bench/run soak [--quick] [--seconds=3600] [--rest-every=600] [--clients=12]
 import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { loadavg } from 'node:os';

@@ -1,4 +1,5 @@
-// Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a session.
+// Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a
+// session.
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { digits, interleave, laglab, build, median, printTable, range, root, run, say, writeCsv } from './lib.mjs';

@@ -1,6 +1,6 @@
-// Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
-// (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
-// benchmarks (from bench/results/*.csv).
+// Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the
+// API (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the
+// bytes of a session (from `laglab run`) and the figures of the benchmarks (from bench/results/*.csv).
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //

@@ -1,6 +1,7 @@
 // The tables of metrics (from `laglab schema metrics`) as docs/metrics.md, those of columns as docs/columns.md.
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string, null?: string}} Row */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string,
+ * null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
 
 const TITLES = { netgame: 'Netgame', motion: 'Motion', rigid: 'Rigid bodies', fluid: 'Fluids' };

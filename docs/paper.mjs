@@ -6,8 +6,8 @@ import { fileURLToPath } from 'node:url';
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const read = (/** @type {string} */ name) => JSON.parse(readFileSync(path.join(ROOT, name), 'utf8'));
 
-/** What the paper says, in its order. places: all scenarios and lessons of these figures and sections that no row names; scenarios, lessons:
- * these, too; coming: scenarios that belong here once they are there; see: where on the page it is seen.
+/** What the paper says, in its order. places: all scenarios and lessons of these figures and sections that no row names; scenarios,
+ * lessons: these, too; coming: scenarios that belong here once they are there; see: where on the page it is seen.
  * @typedef {{says: string, places?: string[], scenarios?: string[], lessons?: string[], coming?: string[], see: string}} Row */
 
 /** @type {Row[]} */
@@ -151,8 +151,8 @@ export const library = () => ({
     .sort((a, b) => a.order - b.order),
 });
 
-/** What a row shows: those that it names, which must exist, then those of its places. @param {Row} row @param {'scenarios' | 'lessons'} kind
- * @param {Named[]} all @returns {Named[]} */
+/** What a row shows: those that it names, which must exist, then those of its places. @param {Row} row
+ * @param {'scenarios' | 'lessons'} kind @param {Named[]} all @returns {Named[]} */
 export function shown(row, kind, all) {
   const named = new Set(ROWS.flatMap((one) => [...(one[kind] ?? []), ...(one.coming ?? [])]));
   const own = (row[kind] ?? []).map((id) => {

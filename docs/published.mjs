@@ -271,7 +271,8 @@ not acknowledged, also those sent after the lost one until the timer ends: with 
   },
 ];
 
-/** @param {(text: string) => {comments: [string, string][], rows: Row[]}} parse @param {(name: string, head: Map<string, string>) => string} age */
+/** @param {(text: string) => {comments: [string, string][], rows: Row[]}} parse
+ * @param {(name: string, head: Map<string, string>) => string} age */
 export function publishedDoc(parse, age) {
   const sections = PAPERS.map(({ name, heading, before, body, after }) => {
     const result = `published/${name}`,

@@ -5,7 +5,8 @@ import { fileURLToPath } from 'node:url';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 
-/** @typedef {{name: string, title: string, text: string, problems: {scenario: string, error: string, title: string}[], costs: {path: string, title: string}[]}} Family */
+/** @typedef {{name: string, title: string, text: string, problems: {scenario: string, error: string, title: string}[],
+ * costs: {path: string, title: string}[]}} Family */
 
 const INTRODUCTION = `# Speed against error
 

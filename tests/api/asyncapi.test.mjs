@@ -1,6 +1,6 @@
-// Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says of
-// them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this process's, so
-// that a busy machine changes none of them; what needs time waits until it is there.
+// Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says
+// of them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this
+// process's, so that a busy machine changes none of them; what needs time waits until it is there.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import Ajv from 'ajv/dist/2020.js';

@@ -1,5 +1,5 @@
-// A class from outside: opening, joining, seats, votes, phases, freezing, copies, lost connections, hostile members. What thirty-one clients
-// at once see and how much is sent is in class_load.test.mjs.
+// A class from outside: opening, joining, seats, votes, phases, freezing, copies, lost connections, hostile members. What thirty-one
+// clients at once see and how much is sent is in class_load.test.mjs.
 import assert from 'node:assert/strict';
 import { networkInterfaces } from 'node:os';
 import { after, before, test } from 'node:test';

@@ -19,7 +19,8 @@ const ROOMS = [
 ]
   .join(' ')
   .split(' ');
-/** What a page never gets: of starts of the daemon, of files of the command line, of logs, of requests that no page makes, of faults of tables. */
+/** What a page never gets: of starts of the daemon, of files of the command line, of logs, of requests that no page makes, of faults of
+ * tables. */
 const NEVER = [
   /^cannot (?:start|read|create)/,
   /thread|^workload|log\b|^line %zu|^row %d|rows$|^a table|has no name$|^Accept|^Idempotency|^Range|^run: /,

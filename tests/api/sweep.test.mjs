@@ -34,7 +34,8 @@ function laglab(args, wish = {}) {
   return result;
 }
 
-/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, messages?: RegExp}} [wish] messages: text on standard error */
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>,
+ * messages?: RegExp}} [wish] messages: text on standard error */
 function good(args, wish) {
   const result = laglab(args, wish);
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);

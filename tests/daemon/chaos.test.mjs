@@ -1,4 +1,5 @@
-// An experiment on PostgreSQL while its workers are killed and frozen and its server crashes: every row once, and the same as without disturbances.
+// An experiment on PostgreSQL while its workers are killed and frozen and its server crashes: every row once, and the same as without
+// disturbances.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';

@@ -1,4 +1,5 @@
-// A class outlives the daemon: after kill -9 or SIGTERM and a start with the same folder, code, keys, seats, votes, phase and board are there.
+// A class outlives the daemon: after kill -9 or SIGTERM and a start with the same folder, code, keys, seats, votes, phase and board are
+// there.
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';

@@ -1,6 +1,7 @@
-// A public server, set up by the commands of docs/deploy.md and nothing else, behind nginx and behind HAProxy with TLS: what a visitor without a
-// key, the class and the operator can do with it. It runs in namespaces of its own: /etc, /opt and /var are laid over, the network has nothing but itself.
-// systemd does not run there: a stand-in for systemctl starts what the unit's lines say, as the unit's user.
+// A public server, set up by the commands of docs/deploy.md and nothing else, behind nginx and behind HAProxy with TLS: what a visitor
+// without a key, the class and the operator can do with it. It runs in namespaces of its own: /etc, /opt and /var are laid over, the
+// network has nothing but itself. systemd does not run there: a stand-in for systemctl starts what the unit's lines say, as the unit's
+// user.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';

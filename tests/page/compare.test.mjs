@@ -1,4 +1,5 @@
-// Two runs of a netgame compared: a second session from the same start, one time for both, what differs by name, and the difference as a curve.
+// Two runs of a netgame compared: a second session from the same start, one time for both, what differs by name, and the difference as a
+// curve.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -60,8 +61,8 @@ async function change(page, run, value) {
   await computed(page);
 }
 
-/** A column of the trace of a session that begins with these settings, and its hash at tick 360. @param {Record<string, unknown>} set @param {string} column
- * @param {number} [end] s */
+/** A column of the trace of a session that begins with these settings, and its hash at tick 360. @param {Record<string, unknown>} set
+ * @param {string} column @param {number} [end] s */
 async function reference(set, column, end = 60) {
   const { body } = await api(daemon.url, 'sessions', { scenario: 'race', set, paused: true });
   await api(daemon.url, `sessions/${body.id}/control`, { op: 'seek', time_s: end }, body.owner_key);

@@ -109,7 +109,8 @@ test('another problem creates a new session', async () => {
   await close();
 });
 
-/** What is measured of each method: steps and errors. @param {import('playwright-core').Page} page @returns {Promise<Record<string, any[]>>} */
+/** What is measured of each method: steps and errors. @param {import('playwright-core').Page} page
+ * @returns {Promise<Record<string, any[]>>} */
 const measured = (page) => page.evaluate(() => globalThis.laglab().refinement);
 /** The order that the two finest steps of a series have. @param {{dt: number, error: number}[]} list */
 function orderOf(list) {

@@ -17,7 +17,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'image' | 'data'} what @param {string} name */
+/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'image' | 'data'} what
+ * @param {string} name */
 async function save(page, what, name) {
   const [download] = await Promise.all([
     page.waitForEvent('download', { timeout: 15000 }),

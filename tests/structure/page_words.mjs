@@ -1,5 +1,6 @@
 // Checks that the page's texts stand in www/words: node tests/structure/page_words.mjs ROOT
-//   1. In a room that tests/structure/page_words.txt does not list, no module has a text for a person: between the tags of a template, in an
+//   1. In a room that tests/structure/page_words.txt does not list, no module has a text for a person: between the tags of a template, in
+// an
 //      attribute that is read aloud or shown, or in a literal that has two words or begins as a sentence does.
 //   2. Every key that a module names is there in each language, and every key of a language is named by a module: as it is, or by the
 //      beginning of a template such as `rigid.phase.${name}`.
@@ -55,7 +56,8 @@ const QUIET_CALLS =
 /** Errors that no person meets: the stream is opened again. */
 const QUIET_ERRORS = new Set(['StreamError']);
 
-/** @param {string} name @param {string} source @returns {{line: number, text: string}[]} texts, and @param {Set<string>} keys the literals */
+/** @param {string} name @param {string} source @returns {{line: number, text: string}[]} texts, and
+ * @param {Set<string>} keys the literals */
 function read(name, source, keys, prefixes) {
   const file = ts.createSourceFile(name, source, ts.ScriptTarget.Latest, true, ts.ScriptKind.JS),
     found = [];

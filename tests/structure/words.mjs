@@ -75,7 +75,8 @@ export function roomOf(file) {
   return (parts[0] === 'src' || parts[0] === 'tests') && parts.length > 2 ? `${parts[0]}/${parts[1]}` : parts[0];
 }
 
-/** @param {string} text @param {string} kind @param {ReturnType<typeof readList>} list @returns {{line: number, word: string, instead: string}[]} */
+/** @param {string} text @param {string} kind @param {ReturnType<typeof readList>} list
+ * @returns {{line: number, word: string, instead: string}[]} */
 export function findings(text, kind, list) {
   let prose = TEXT[kind](text);
   for (const regex of list.allowed) prose = prose.replace(regex, blank);

@@ -20,8 +20,8 @@ export function beat(now) {
   frames = 0;
 }
 
-/** For what is read, not watched: whether it is shown in this frame. All such things change in the same frames, so that the browser lays the page
- * out once. @param {number} ms about; a slow page has fewer such frames, but then the next one shows it
+/** For what is read, not watched: whether it is shown in this frame. All such things change in the same frames, so that the browser lays
+ * the page out once. @param {number} ms about; a slow page has fewer such frames, but then the next one shows it
  * @returns {(settled: boolean) => boolean} */
 export function paced(ms) {
   let last = -1,

@@ -12,7 +12,8 @@ import { file, language, ready, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./words.js').Text} Text */
-/** @typedef {{id: string, order: number, topic: string, title: Text, paper?: string, scenario: string, minutes: number, hooks: string[]}} Row */
+/** @typedef {{id: string, order: number, topic: string, title: Text, paper?: string, scenario: string, minutes: number,
+ * hooks: string[]}} Row */
 
 /** Of lessons/index.json, by their order. @type {import('@preact/signals-core').Signal<Row[]>} */
 const rows = signal([]);

@@ -10,8 +10,8 @@ const ICONS = {
   data: 'M3 4h18v16H3zM5 9v3h4V9zM11 9v3h8V9zM5 14v4h4v-4zM11 14v4h8v-4z',
 };
 
-/** `<take-away name="Error over time" of="ID" data="ID">`: name says what is saved; of: the box with its canvas, where that is not the parent;
- * data: there is a table too, of that name where it is not the canvas's id. */
+/** `<take-away name="Error over time" of="ID" data="ID">`: name says what is saved; of: the box with its canvas, where that is not the
+ * parent; data: there is a table too, of that name where it is not the canvas's id. */
 class TakeAway extends HTMLElement {
   static observedAttributes = ['name'];
 

@@ -149,7 +149,8 @@ function controls() {
   </fieldset>`;
 }
 
-/** What is compared most, in one click: changes of the second run. @returns {{name: string, values: Record<string, import('../../../base/link.js').Value>}[]} */
+/** What is compared most, in one click: changes of the second run.
+ * @returns {{name: string, values: Record<string, import('../../../base/link.js').Value>}[]} */
 function common() {
   const can = settings().flatMap(({ paths }) => paths),
     predicts = can.filter((path) => path.endsWith('.prediction') && valueAt(params.value, path) === true);
@@ -293,8 +294,8 @@ function drawSide(side, frame, memory) {
   });
 }
 
-/** The difference in words and numbers. @param {import('./curves.js').Curve} of @param {[Float64Array, Float64Array]} values @param {number} tick
- * @param {number} hz */
+/** The difference in words and numbers. @param {import('./curves.js').Curve} of @param {[Float64Array, Float64Array]} values
+ * @param {number} tick @param {number} hz */
 function sentence(of, values, tick, hz) {
   const { mean, most, at } = apart(...values),
     [one = NaN, other = NaN] = values.map((list) => list[tick]);

@@ -9,7 +9,8 @@ import { layout } from '../core/layout.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-/** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon @returns {Template} */
+/** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon
+ * @returns {Template} */
 function pad(player, way, key, icon) {
   const down = (/** @type {PointerEvent} */ event) => {
     /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);

@@ -86,7 +86,8 @@ function connectionList() {
   )}</ol></section>`;
 }
 
-/** What stands below the scenario's text, once it is read. @type {import('@preact/signals-core').Signal<(() => Template | typeof nothing) | null>} */
+/** What stands below the scenario's text, once it is read.
+ * @type {import('@preact/signals-core').Signal<(() => Template | typeof nothing) | null>} */
 const notes = signal(null);
 
 /** @param {() => Template | typeof nothing} made */

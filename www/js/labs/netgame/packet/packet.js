@@ -22,7 +22,8 @@ const REST = 0.25; /* of the way, that an arrived one stays while the next are f
 
 styleSheet('packet');
 
-/** The way as the text has it: another object only where a station or the fate is another. @type {import('@preact/signals-core').Signal<Way | null>} */
+/** The way as the text has it: another object only where a station or the fate is another.
+ * @type {import('@preact/signals-core').Signal<Way | null>} */
 const told = signal(null);
 /** The way in the drawing, which may have left the memory of events. @type {Way | null} */
 let kept = null;
