@@ -3,7 +3,8 @@
 export const redraw = { wanted: true };
 
 const BEAT_MS = 100,
-  BEAT_FRAMES = 6 /* what a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from */,
+  /** What a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from. */
+  BEAT_FRAMES = 6,
   LONGEST_MS = 500;
 let beats = 0,
   hurries = 0,

@@ -44,10 +44,9 @@ class TakeAway extends HTMLElement {
       data-take=${what} aria-label=${text} title=${text} @click=${() => this.save(what)}><svg class="icon" viewBox="0 0 24 24"
       aria-hidden="true" focusable="false"><path fill-rule="evenodd" d=${ICONS[what]}></path></svg></button>`;
     const drawn = this.hasAttribute('of') || this.canvas;
-    render(
-      html`${drawn ? button('image', t('takeaway.save_image', { name })) : nothing}${this.hasAttribute('data') ? button('data', t('takeaway.save_data', { name })) : nothing}`,
-      this,
-    );
+    const image = drawn ? button('image', t('takeaway.save_image', { name })) : nothing,
+      data = this.hasAttribute('data') ? button('data', t('takeaway.save_data', { name })) : nothing;
+    render(html`${image}${data}`, this);
   }
 
   /** @param {'image' | 'data'} what */

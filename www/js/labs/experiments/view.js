@@ -54,38 +54,41 @@ const stateOf = (state) => t(`experiments.state.${state}`) || state;
 const left = (seconds) =>
   seconds < 100 ? `${Math.ceil(seconds)} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${fixed(seconds / 3600, 1)} h`;
 
+/** What its owner may do while it runs. @param {any} r @returns {Template} */
+function acts(r) {
+  const mine = keyOf(r.id) !== '',
+    why = mine ? nothing : t('experiments.read_only');
+  const act = (/** @type {'pause' | 'resume' | 'cancel'} */ op, /** @type {string} */ label) =>
+    html`<button type="button" id=${op} ?disabled=${!mine} title=${why} @click=${() => control(op)}>${label}</button>`;
+  return html`<span class="acts">${r.state === 'paused' ? act('resume', t('experiments.resume')) : act('pause', t('experiments.pause'))}
+        ${act('cancel', t('base.cancel'))}</span>`;
+}
+
+/** How fast, and how long still; empty while that is not known. @param {any} r @returns {string} */
+function paceOf(r) {
+  if (r.state !== 'running' || r.rate_per_s <= 0) return '';
+  const rate = r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1);
+  return ` · ${t('experiments.rate', { rate })}${r.left_s === null ? '' : ` · ${t('experiments.left', { time: left(r.left_s) })}`}`;
+}
+
+/** What the daemon and the experiment itself have to say. @param {any} r @returns {string[]} */
+const noticesOf = (r) => [
+  ...(r.notices ?? []).map((/** @type {string} */ text) => message(text).text),
+  ...notesOf(r.experiment, points.value, named),
+];
+
 /** @param {any} r @returns {Template} */
 function progressPanel(r) {
-  const mine = keyOf(r.id) !== '',
-    over = isOver(r.state);
-  const why = mine ? nothing : t('experiments.read_only');
+  const reads = keyOf(r.id) === '' && !isOver(r.state);
   return html`<section class="progress" aria-label=${t('experiments.progress')} data-state=${r.state} data-way=${way.value}>
     <div class="head"><h2 id="shown-title">${r.title || r.experiment.scenario?.title || t('experiments.experiment')}</h2>
-      ${
-        over
-          ? nothing
-          : html`<span class="acts">${
-              r.state === 'paused'
-                ? html`<button type="button" id="resume" ?disabled=${!mine} title=${why} @click=${() => control('resume')}>${t('experiments.resume')}</button>`
-                : html`<button type="button" id="pause" ?disabled=${!mine} title=${why} @click=${() => control('pause')}>${t('experiments.pause')}</button>`
-            }
-        <button type="button" id="cancel" ?disabled=${!mine} title=${why} @click=${() => control('cancel')}>${t('base.cancel')}</button></span>`
-      }</div>
+      ${isOver(r.state) ? nothing : acts(r)}</div>
     ${r.experiment.text ? html`<p class="facts" lang="en">${r.experiment.text}</p>` : nothing}
     <progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
-    <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${
-      r.state === 'running' && r.rate_per_s > 0
-        ? ` · ${t('experiments.rate', { rate: r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1) })}${
-            r.left_s === null ? '' : ` · ${t('experiments.left', { time: left(r.left_s) })}`
-          }`
-        : ''
-    }</p>
+    <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${paceOf(r)}</p>
     ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
-    ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
-    ${[...(r.notices ?? []).map((/** @type {string} */ text) => message(text).text), ...notesOf(r.experiment, points.value, named)].map(
-      (/** @type {string} */ text) => html`<p class="facts"
-      role="note">${text}</p>`,
-    )}
+    ${reads ? html`<p class="facts">${t('experiments.read_only')}</p>` : nothing}
+    ${noticesOf(r).map((text) => html`<p class="facts" role="note">${text}</p>`)}
     ${r.points > POINTS_MAX ? html`<p class="facts">${t('experiments.too_many', { n: many(r.points) })}</p>` : nothing}</section>`;
 }
 
@@ -133,16 +136,16 @@ function axisChoice(which, list) {
   const log = which === 'x' ? 'logX' : 'logY',
     name = plotted.value[which],
     label = t(`experiments.plot.${which}`);
-  return html`<span class="axischoice"><label class="field choice"><span>${label}</span><select id=${`plot-${which}`}
-    @change=${(/** @type {Event} */ event) => {
-      chosen.value = { ...chosen.value, [which]: valueOf(event), [log]: null };
-    }}>
+  const plot = (/** @type {Event} */ event) => {
+    chosen.value = { ...chosen.value, [which]: valueOf(event), [log]: null };
+  };
+  const toggle = () => {
+    chosen.value = { ...chosen.value, [log]: !plotted.value[log] };
+  };
+  return html`<span class="axischoice"><label class="field choice"><span>${label}</span><select id=${`plot-${which}`} @change=${plot}>
     ${list.map((column) => html`<option value=${column.name} .selected=${column.name === name}>${column.label}</option>`)}</select></label>
-    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${t('experiments.plot.logarithmic', { axis: label })} .checked=${plotted.value[log]}
-      ?disabled=${!positive(name)}
-      @change=${() => {
-        chosen.value = { ...chosen.value, [log]: !plotted.value[log] };
-      }}><span>log</span></label></span>`;
+    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${t('experiments.plot.logarithmic', { axis: label })}
+      .checked=${plotted.value[log]} ?disabled=${!positive(name)} @change=${toggle}><span>log</span></label></span>`;
 }
 
 /** The selected point, in words. @returns {string} */
@@ -161,30 +164,30 @@ function words() {
   });
 }
 
-/** @returns {Template} */
-function legend() {
+/** The marks of the series; none where they are too many to tell apart. @returns {Template[]} */
+function seriesKeys() {
   const { by } = plotted.value,
-    names = seriesOf(points.value, by);
-  return html`<div class="key">${
-    by === '' || names.length > SERIES_MAX
-      ? nothing
-      : names.map(
-          (name, s) =>
-            html`<span class="sample">${mark(s)} ${formatValue(Number.isNaN(Number(name)) ? name : Number(name), columns.value.find((column) => column.name === by)?.path, whole.value)}</span>`,
-        )
-  }
-    ${
-      plotsErrorAndCost.value
-        ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
-      r="7"></circle></svg>${t('experiments.plot.front')}</span>`
-        : nothing
-    }
-    ${
-      covered.value > 0
-        ? html`<span class="sample" id="covered">${t('experiments.plot.covered', { n: many(covered.value), points: many(points.value.length) })}</span>`
-        : nothing
-    }</div>`;
+    names = seriesOf(points.value, by),
+    path = columns.value.find((column) => column.name === by)?.path;
+  if (by === '' || names.length > SERIES_MAX) return [];
+  const valueIn = (/** @type {string} */ name) => formatValue(Number.isNaN(Number(name)) ? name : Number(name), path, whole.value);
+  return names.map((name, s) => html`<span class="sample">${mark(s)} ${valueIn(name)}</span>`);
 }
+
+const frontKey = () =>
+  html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
+      r="7"></circle></svg>${t('experiments.plot.front')}</span>`;
+
+/** @returns {Template} */
+function coveredKey() {
+  const counts = { n: many(covered.value), points: many(points.value.length) };
+  return html`<span class="sample" id="covered">${t('experiments.plot.covered', counts)}</span>`;
+}
+
+/** @returns {Template} */
+const legend = () => html`<div class="key">${seriesKeys()}
+    ${plotsErrorAndCost.value ? frontKey() : nothing}
+    ${covered.value > 0 ? coveredKey() : nothing}</div>`;
 
 /** @returns {Template} */
 function scatter() {
@@ -245,7 +248,8 @@ function files(r) {
       title=${t('experiments.archive_tip')}>${t('experiments.archive')}</a>`
           : nothing
       }</p>
-    <h3>${t('experiments.row_per_run')}</h3>${links('', 'runs')}<h3>${t('experiments.row_per_point')}</h3>${links('&points=true', 'points')}</section>`;
+    <h3>${t('experiments.row_per_run')}</h3>${links('', 'runs')}
+    <h3>${t('experiments.row_per_point')}</h3>${links('&points=true', 'points')}</section>`;
 }
 
 /** As a shell takes it. @param {string} text */
@@ -284,22 +288,23 @@ async function copy(event) {
   notify(t(done ? 'experiments.copied' : 'experiments.not_copied'));
 }
 
+/** An experiment that this browser keeps. @param {(typeof kept.value)[number]} one @returns {Template} */
+function keptRow({ id, title, state, done, runs }) {
+  const facts = `${stateOf(state)} · ${t('experiments.of', { n: many(done), all: many(runs) })}`;
+  return html`<li aria-current=${id === experiment.value ? 'true' : 'false'}>
+      <button type="button" class="quiet" data-id=${id} @click=${() => look(id)}><span>${title}</span><small>${facts}</small></button>
+      <button type="button" class="small" aria-label=${t('experiments.delete_one', { name: title })}
+        @click=${() => remove(id)}>${t('experiments.delete')}</button></li>`;
+}
+
+const newButton = () => html`<button type="button" class="small" id="new" @click=${() => look('')}>${t('experiments.mine.none')}</button>`;
+
 /** @returns {Template} */
 function list() {
   return html`<section class="about" aria-label=${t('experiments.mine')}><div class="head"><h2>${t('experiments.mine')}</h2>
-      ${experiment.value ? html`<button type="button" class="small" id="new" @click=${() => look('')}>${t('experiments.mine.none')}</button>` : nothing}</div>
+      ${experiment.value ? newButton() : nothing}</div>
     ${
-      kept.value.length === 0
-        ? html`<p>${t('experiments.mine.empty')}</p>`
-        : html`<ul class="mine">${kept.value.map(
-            (one) => html`<li aria-current=${one.id === experiment.value ? 'true' : 'false'}>
-      <button type="button" class="quiet" data-id=${one.id}
-        @click=${() => look(one.id)}><span>${one.title}</span><small>${stateOf(
-          one.state,
-        )} · ${t('experiments.of', { n: many(one.done), all: many(one.runs) })}</small></button>
-      <button type="button" class="small" aria-label=${t('experiments.delete_one', { name: one.title })}
-        @click=${() => remove(one.id)}>${t('experiments.delete')}</button></li>`,
-          )}</ul>`
+      kept.value.length === 0 ? html`<p>${t('experiments.mine.empty')}</p>` : html`<ul class="mine">${kept.value.map(keptRow)}</ul>`
     }</section>`;
 }
 
@@ -318,18 +323,20 @@ function results() {
   }`;
 }
 
+/** @param {any} r the experiment shown, if any @returns {Template} */
+const byProgram = (r) => html`<section class="about" aria-label=${t('experiments.api')}><div class="head"><h2>${t('experiments.api')}</h2>
+        <button type="button" class="small" id="copy" @click=${copy}>${t('experiments.copy')}</button></div>
+        <textarea readonly rows="7" aria-label=${t('experiments.curl')} .value=${curl(r)}></textarea></section>`;
+
 /** @returns {Template} */
 function template() {
   const r = record.value;
+  const again = () => html`<button type="button" id="again" @click=${() => start(r.experiment)}>${t('experiments.again')}</button>`;
   return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
     <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label=${t('experiments.experiment')}>${results()}</div>
-    <aside class="side" aria-label=${t('experiments.side')}>${
-      r ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>${t('experiments.again')}</button>` : nothing
-    }${list()}
+    <aside class="side" aria-label=${t('experiments.side')}>${r ? html`${files(r)}${again()}` : nothing}${list()}
       ${tradeoffButton('')}
-      <section class="about" aria-label=${t('experiments.api')}><div class="head"><h2>${t('experiments.api')}</h2><button type="button" class="small" id="copy"
-        @click=${copy}>${t('experiments.copy')}</button></div>
-        <textarea readonly rows="7" aria-label=${t('experiments.curl')} .value=${curl(r)}></textarea></section></aside></div></main>`;
+      ${byProgram(r)}</aside></div></main>`;
 }
 
 // ---- drawing ----

@@ -17,8 +17,8 @@ function pad(player, way, key, icon) {
     push(player, way, true);
   };
   const up = () => push(player, way, false);
-  return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)} @pointerdown=${down} @pointerup=${up}
-    @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
+  return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)}
+    @pointerdown=${down} @pointerup=${up} @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
 }
 
 /** @param {number} player @returns {Template | typeof nothing} */
