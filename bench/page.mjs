@@ -104,7 +104,8 @@ const slow = [...measured]
   .filter(([{ at }, list]) => at !== '' && median(list.map((one) => one.fps)) < LEAST_FPS - 1)
   .map(([{ lab }]) => lab);
 say(
-  `goals: ${LEAST_FPS} frames/s${slow.length > 0 ? `, missed by ${slow.join(', ')}` : ''}; first frame ${FIRST_MS} ms; ${FIRST_BYTES} bytes for the first lab`,
+  `goals: ${LEAST_FPS} frames/s${slow.length > 0 ? `, missed by ${slow.join(', ')}` : ''}; ` +
+    `first frame ${FIRST_MS} ms; ${FIRST_BYTES} bytes for the first lab`,
 );
 writeCsv(
   'page',

@@ -264,7 +264,8 @@ say(
 );
 const met = growth < GROWTH_MIB_PER_H && last.descriptors <= Number(first.descriptors) + 4 && last.sessions === 0 && !statuses.has(500);
 say(
-  `${met ? 'Met' : 'Missed'}: anonymous memory of rests grows by less than ${GROWTH_MIB_PER_H} MiB/h, descriptors and sessions are back where they were, no 500.`,
+  `${met ? 'Met' : 'Missed'}: anonymous memory of rests grows by less than ${GROWTH_MIB_PER_H} MiB/h, ` +
+    'descriptors and sessions are back where they were, no 500.',
 );
 const how = await daemon.stop();
 say(`SIGTERM: exit ${how.code ?? how.signal}.`);

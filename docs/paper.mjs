@@ -205,8 +205,9 @@ export const paperDoc =
 # The paper, place by place
 
 laglab shows and measures what the paper says about physics in games, alone and over a network, in its text and 13 figures. This page is for
-teachers who read the paper with a class: for each statement, the scenario that shows it, the lesson that asks about it, and where on the page to look. Choose a
-scenario in the list at the top of the page, or open \`/?scenario=paper/fig08\`; a lesson opens by its card on the first page, or \`/#lesson=figure_8\`.
+teachers who read the paper with a class: for each statement, the scenario that shows it, the lesson that asks about it, and where on the
+page to look. Choose a scenario in the list at the top of the page, or open \`/?scenario=paper/fig08\`; a lesson opens by its card on the
+first page, or \`/#lesson=figure_8\`.
 
 ${coverage()}
 
@@ -222,8 +223,9 @@ build/laglab run paper/fig06 --text   # the client loop; fig07: the server loop
 build/laglab run paper/fig10 --text   # captions, and the events: 0, 150, 250, 283, 433, 533 ms
 \`\`\`
 
-For every netgame it prints the captions of the views (lag, techniques, updates per second), the way of each player's first input to the server and back, when the
-first updates arrive, and the last acknowledged inputs. So \`fig08\` and \`fig09\` compare even and uneven arrivals, \`fig11\` the order server, A, B.
+For every netgame it prints the captions of the views (lag, techniques, updates per second), the way of each player's first input to the
+server and back, when the first updates arrive, and the last acknowledged inputs. So \`fig08\` and \`fig09\` compare even and uneven
+arrivals, \`fig11\` the order server, A, B.
 
 ## Errata
 

@@ -14,7 +14,8 @@ const said = translator(TABLE, (given) => given);
 
 /** Rooms whose errors answer what a person does on the page. */
 const ROOMS = [
-  'daemon/api daemon/class daemon/hosting daemon/jobs param session sim/core sim/motion sim/fluid sim/rigid sim/netgame experiment/spec library',
+  'daemon/api daemon/class daemon/hosting daemon/jobs param session experiment/spec library',
+  'sim/core sim/motion sim/fluid sim/rigid sim/netgame',
   'ode/core rigid/world fluid/grid fluid/particle fluid/pressure game/games',
 ]
   .join(' ')

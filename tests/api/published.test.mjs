@@ -87,7 +87,7 @@ test('Lee and Chang: nine in ten shots behind cover go, and the other hits stay'
   }
 });
 
-test('Griwodz and Halvorsen: with fewer than four packets in flight losses wait for the timer, with more fast retransmit repairs them', () => {
+test('Griwodz and Halvorsen: with fewer than four packets in flight losses wait for the timer, else fast retransmit repairs them', () => {
   const rows = rowsOf('published_thin_streams', (spec) => {
     Object.assign(spec, { repeats: 4, set: { duration_s: 300 } });
     keep(spec.axes[0], [2]);

@@ -700,7 +700,7 @@ test('advise answers with a setting that holds, and its evidence', () => {
   assert.ok(vary.nearest.error > 1e-30);
 });
 
-test('traces are those of the runs alone, end where a run was stopped or before it diverged, and are the same for any number of jobs', () => {
+test('traces are those of the runs alone, end where a run was stopped or before it diverged, the same for any number of jobs', () => {
   const order = {
     scenario: 'race',
     set: { duration_s: 3 },

@@ -130,7 +130,10 @@ export function journeys(launch, missing = '') {
       ])) {
         const now = await seen(
           visitor,
-          `(at) => { const [selector, least] = at; const now = (${painted})(selector); return now.count >= least && now.colours > 3 && now; }`,
+          `([selector, least]) => {
+            const now = (${painted})(selector);
+            return now.count >= least && now.colours > 3 && now;
+          }`,
           [selector, least],
           `${what}, ${selector}, are drawn`,
         );

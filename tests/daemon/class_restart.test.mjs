@@ -57,8 +57,9 @@ async function open(c) {
   return { id, code, key, at, player, watcher, copier };
 }
 
+const SIGNALS = { kill: 'kill -9', stop: 'SIGTERM' };
 for (const how of ['kill', 'stop'])
-  test(`after ${how === 'kill' ? 'kill -9' : 'SIGTERM'} the class goes on: code, phase, question, votes, seat, copy and keys`, async (t) => {
+  test(`after ${SIGNALS[how]} the class goes on: code, phase, question, votes, seat, copy and keys`, async (t) => {
     const { start } = place(t);
     const first = await start(),
       room = await open(first.c),

@@ -108,7 +108,8 @@ test('the difference in words and numbers is that of two sessions made with the 
   await until(
     async () =>
       (await page.locator('#compare-sentence').textContent()) ===
-      `At 6.00 s, “A: Distance of the others” is ${metres(one[360])} in the first run and ${metres(other[360])} in the second, ${metres(gaps[360])} ${way}; ` +
+      `At 6.00 s, “A: Distance of the others” is ${metres(one[360])} in the first run and ${metres(other[360])} in the second, ` +
+        `${metres(gaps[360])} ${way}; ` +
         `over 60 s they differ by ${metres(gaps.reduce((a, b) => a + b) / gaps.length)} on average and by at most ${metres(most)}, ` +
         `at ${(gaps.indexOf(most) / 60).toFixed(2)} s.`,
     'the sentence',

@@ -164,7 +164,7 @@ function words() {
   });
 }
 
-/** The marks of the series; none where they are too many to tell apart. @returns {Template[]} */
+/** The marks of the series; none where there are too many of them. @returns {Template[]} */
 function seriesKeys() {
   const { by } = plotted.value,
     names = seriesOf(points.value, by),
