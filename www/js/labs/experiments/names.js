@@ -138,3 +138,6 @@ export function metricTip(path, help, scenario) {
 
 /** The same of a parameter. @param {string} path @param {string} help @param {any} scenario */
 export const inputTip = (path, help, scenario) => (language.value === 'en' ? help : (inputOf(scenario?.kind ?? '', path)?.tip ?? ''));
+
+/** Of an experiment. @param {string} state */
+export const stateOf = (state) => t(`experiments.state.${state}`) || state;
