@@ -5,7 +5,8 @@ import { grids } from './advise/cases.mjs';
 import { digits, laglab, median, printTable, say, writeCsv } from './lib.mjs';
 
 const quick = process.argv.includes('--quick');
-const only = process.argv.find((option) => option.startsWith('--only='))?.slice('--only='.length) ?? ''; // a part of the cases' names: nothing is written
+/** A part of the cases' names: nothing is written. */
+const only = process.argv.find((option) => option.startsWith('--only='))?.slice('--only='.length) ?? '';
 const SEEDS = 200; // of brute force at every setting
 const searches = quick ? 1 : 5; // of each noisy case, from other seeds
 const JOBS = 2; // searches, and threads of brute force, at a time
@@ -77,7 +78,8 @@ for (const [at, grid] of chosen.entries()) {
     });
   }
   console.log(
-    `${at + 1} of ${chosen.length}, ${grid.kind}, ${grid.name}: brute force ${forced}, searches ${since(asked)}; regret at ${told.join('; ')}`,
+    `${at + 1} of ${chosen.length}, ${grid.kind}, ${grid.name}: ` +
+      `brute force ${forced}, searches ${since(asked)}; regret at ${told.join('; ')}`,
   );
 }
 
@@ -111,8 +113,11 @@ for (const kind of ['motion', 'rigid', 'fluid', 'netgame', '']) {
     falsely = all.filter((r) => r.optimum === 'proven' && !(r.regret_pct <= GOAL_PCT)).length;
   if (these.length)
     say(
-      `${kind || 'all'}: regret at most ${GOAL_PCT} % in ${good} of ${these.length} cases, ${well} of ${all.length} searches; limits broken on ${SEEDS} fresh seeds: ${broken} of ${advised.length} ` +
-        `(at most 5 %: ${broken <= 0.05 * advised.length ? 'met' : 'MISSED'}); nothing holds in ${none.length}, reported in ${none.filter((r) => r.cost === 'none').length}; proven, but another is cheaper: ${falsely}`,
+      `${kind || 'all'}: regret at most ${GOAL_PCT} % in ${good} of ${these.length} cases, ${well} of ${all.length} searches; ` +
+        `limits broken on ${SEEDS} fresh seeds: ${broken} of ${advised.length} ` +
+        `(at most 5 %: ${broken <= 0.05 * advised.length ? 'met' : 'MISSED'}); ` +
+        `nothing holds in ${none.length}, reported in ${none.filter((r) => r.cost === 'none').length}; ` +
+        `proven, but another is cheaper: ${falsely}`,
     );
 }
 say(`made in ${Math.round((Date.now() - from) / 1000)} s`);

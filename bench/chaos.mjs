@@ -1,4 +1,5 @@
-// Many short runs over PostgreSQL while everything is killed: workers, the process that waits for the rows, the server; and workers are frozen.
+// Many short runs over PostgreSQL while everything is killed: workers, the process that waits for the rows, the server; and workers are
+// frozen.
 //   bench/run chaos [--quick] [--runs=1000000] [--disturbances=60] [--workers=3] [--seed=1]
 import { createHash } from 'node:crypto';
 import { createReadStream, mkdtempSync, rmSync, writeFileSync } from 'node:fs';

@@ -1,6 +1,6 @@
-// A class of 31 pages in one browser: a projector, twelve laptops and eighteen phones with touch, over a network whose bytes are counted. They join by code,
-// two race from two devices, all predict, run, are frozen, brought to the board and released; some make copies. How soon every page shows a change, what
-// is sent, what the daemon costs. Needs root, for a network of its own.
+// A class of 31 pages in one browser: a projector, twelve laptops and eighteen phones with touch, over a network whose bytes are counted.
+// They join by code, two race from two devices, all predict, run, are frozen, brought to the board and released; some make copies. How soon
+// every page shows a change, what is sent, what the daemon costs. Needs root, for a network of its own.
 //   bench/run classroom [--quick] [--shots=FOLDER]      --shots: images of every step at three sizes
 import { mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';

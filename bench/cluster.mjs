@@ -192,7 +192,8 @@ if (only !== 'faults') {
     `bench/run cluster --only=store`,
     {
       store:
-        'PostgreSQL 15 on the same machine, by a socket, fsync on; SQLite as the daemon uses it: WAL, synchronous=NORMAL; --control-threads 32',
+        'PostgreSQL 15 on the same machine, by a socket, fsync on; ' +
+        'SQLite as the daemon uses it: WAL, synchronous=NORMAL; --control-threads 32',
       clients: 'each with a session of its own, the next command when the last is acknowledged',
       round: '',
       commands_per_s: '',

@@ -157,14 +157,18 @@ printTable('rows and memory', [
 
 say('');
 say(
-  `two jobs against one, by wall time: ${show(gain)} times: ${verdict(median(gain) >= 1.8)}; by CPU time, as two free cores would give: ${show(gainCpu)}`,
+  `two jobs against one, by wall time: ${show(gain)} times: ${verdict(median(gain) >= 1.8)}; ` +
+    `by CPU time, as two free cores would give: ${show(gainCpu)}`,
 );
 say(`what the store adds to runs of ${RUN_MS} ms, wall: ${show(over)} %: ${verdict(median(over) < 2)}; CPU: ${show(overCpu)} %`);
+const ofMillion = exportWall.map((s) => (s * 1e6) / many);
 say(
-  `1000000 rows as CSV within 5 s: ${show(exportWall.map((s) => (s * 1e6) / many))} s${many < 1e6 ? `, from ${many}` : ''}: ${verdict((median(exportWall) * 1e6) / many <= 5)}`,
+  `1000000 rows as CSV within 5 s: ${show(ofMillion)} s${many < 1e6 ? `, from ${many}` : ''}: ` +
+    verdict((median(exportWall) * 1e6) / many <= 5),
 );
 say(
-  `100000 races of 10 s in minutes: ${digits((large.wall_s * 1e5) / races / 60)} min${races < 1e5 ? `, from ${races}` : ''}; in at most 64 MiB: ${digits(large.peak_mib)} MiB: ${verdict(large.peak_mib <= 64)}`,
+  `100000 races of 10 s in minutes: ${digits((large.wall_s * 1e5) / races / 60)} min${races < 1e5 ? `, from ${races}` : ''}; ` +
+    `in at most 64 MiB: ${digits(large.peak_mib)} MiB: ${verdict(large.peak_mib <= 64)}`,
 );
 writeCsv(
   'experiments',

@@ -84,7 +84,8 @@ printTable(
 
 const runs = await table(['accuracy']);
 printTable(
-  'Particles: relative errors (front: Martin and Moyce, gate-shifted; pressure: RMS in the last second, and of its mean; PBF with 10 iterations)',
+  'Particles: relative errors (front: Martin and Moyce, gate-shifted; ' +
+    'pressure: RMS in the last second, and of its mean; PBF with 10 iterations)',
   runs.map((row) => ({
     scene: row.scene,
     method: row.method,
@@ -125,7 +126,8 @@ if (speeds.has(liquidfun))
     const ratio = median(speeds.get(name)) / median(speeds.get(liquidfun)),
       denser = compressionOf(name, 'compression_mean') / compressionOf(liquidfun, 'compression_mean');
     say(
-      `${name}: ${digits(ratio)} times the frames of liquidfun-wasm (goal 1) at ${digits(denser)} of its mean compression (at most 1): ${ratio >= 1 && denser <= 1 ? 'met' : 'MISSED'}`,
+      `${name}: ${digits(ratio)} times the frames of liquidfun-wasm (goal 1) ` +
+        `at ${digits(denser)} of its mean compression (at most 1): ${ratio >= 1 && denser <= 1 ? 'met' : 'MISSED'}`,
     );
   }
 told('dam break, all methods: front RMS at most 0.05', value('dam_break', 'front_rms'), 0.05);

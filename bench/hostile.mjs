@@ -1,5 +1,6 @@
-// Four clients that send the heaviest requests that the API takes, without a pause: the latency of other clients, the time until the machine is idle
-// afterwards, and whether SIGTERM ends the daemon in time. Each attack alone, then all together; each compared with a run without any.
+// Four clients that send the heaviest requests that the API takes, without a pause: the latency of other clients, the time until the
+// machine is idle afterwards, and whether SIGTERM ends the daemon in time. Each attack alone, then all together; each compared with a run
+// without any.
 import { digits, pause, printTable, say, writeCsv } from './lib.mjs';
 import { loadavg } from 'node:os';
 import { startDaemon } from '../tests/lib/daemon.mjs';

@@ -171,7 +171,8 @@ for (const [peer, column] of [...others.map((library) => [library, `of_${library
     slower = rows.filter((row) => Number(row[column]) > 1);
   const where = rows.find((row) => Number(row[column]) === worst);
   say(
-    `${peer}: at most 1 everywhere: worst ${digits(worst)} (${where.problem} at ${where.error}), above 1 in ${slower.length} of ${all.length}: ` +
+    `${peer}: at most 1 everywhere: worst ${digits(worst)} (${where.problem} at ${where.error}), ` +
+      `above 1 in ${slower.length} of ${all.length}: ` +
       `${verdict(worst <= 1)}; at most 1/3 in the median: ${digits(median(all))}: ${verdict(median(all) <= 1 / 3)}`,
   );
 }

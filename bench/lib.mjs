@@ -69,7 +69,8 @@ export function machine() {
 
 let tables = '';
 
-/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed since the last go into the .txt file of the same name. */
+/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed since the last go into the .txt file
+ * of the same name. */
 export function writeCsv(name, command, columns, rows) {
   const cell = (value) => (/[",\n]/.test(String(value)) ? `"${String(value).replaceAll('"', '""')}"` : String(value ?? ''));
   const lines = [

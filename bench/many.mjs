@@ -65,7 +65,8 @@ const found = await interleave(rounds, cases, measure);
 const middle = (/** @type {any[]} */ of, /** @type {string} */ column) => digits(median(of.map((row) => row[column])));
 
 printTable(
-  `Swarm, ${digits(DENSITY * 1000, 2)} bodies per 1,000 m2, 40 to 120 ms one way, 1 % loss, 30 updates/s, ${duration_s} s; median of ${rounds}`,
+  `Swarm, ${digits(DENSITY * 1000, 2)} bodies per 1,000 m2, ` +
+    `40 to 120 ms one way, 1 % loss, 30 updates/s, ${duration_s} s; median of ${rounds}`,
   cases.map((one) => {
     const of = found.get(one);
     return {
@@ -84,7 +85,8 @@ const times = median(hardest.map((row) => row.times)),
   unobserved = median(hardest.map((row) => row.times_unobserved));
 say('');
 say(
-  `Goal: ${GOAL} times real time with interest, 64 players and 1,000 bodies. All metrics: ${digits(times)}; no view observed: ${digits(unobserved)}.`,
+  `Goal: ${GOAL} times real time with interest, 64 players and 1,000 bodies. ` +
+    `All metrics: ${digits(times)}; no view observed: ${digits(unobserved)}.`,
 );
 
 writeCsv(

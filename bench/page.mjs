@@ -1,5 +1,5 @@
-// The page on a slow machine: Chromium with a processor six times slower. What it reads until a lab shows its first frame and in the seconds after it,
-// when that frame stands, how many frames it draws a second, and the script of each.
+// The page on a slow machine: Chromium with a processor six times slower. What it reads until a lab shows its first frame and in the
+// seconds after it, when that frame stands, how many frames it draws a second, and the script of each.
 //   bench/run page [--quick] [--rate=6] [--labs=race,fluid]      --rate: how many times slower
 import { digits, interleave, median, pause, printTable, say, writeCsv } from './lib.mjs';
 import { startDaemon } from '../tests/lib/daemon.mjs';
@@ -104,7 +104,8 @@ const slow = [...measured]
   .filter(([{ at }, list]) => at !== '' && median(list.map((one) => one.fps)) < LEAST_FPS - 1)
   .map(([{ lab }]) => lab);
 say(
-  `goals: ${LEAST_FPS} frames/s${slow.length > 0 ? `, missed by ${slow.join(', ')}` : ''}; first frame ${FIRST_MS} ms; ${FIRST_BYTES} bytes for the first lab`,
+  `goals: ${LEAST_FPS} frames/s${slow.length > 0 ? `, missed by ${slow.join(', ')}` : ''}; ` +
+    `first frame ${FIRST_MS} ms; ${FIRST_BYTES} bytes for the first lab`,
 );
 writeCsv(
   'page',

@@ -60,7 +60,8 @@ printTable(
 const met = last.rss_mib <= GOAL_MIB;
 say('');
 say(
-  `${last.sessions} parked sessions in ${digits(last.rss_mib, 3)} MiB of resident memory, the program included (goal ${GOAL_MIB}): ${met ? 'met' : 'MISSED'}`,
+  `${last.sessions} parked sessions in ${digits(last.rss_mib, 3)} MiB of resident memory, ` +
+    `the program included (goal ${GOAL_MIB}): ${met ? 'met' : 'MISSED'}`,
 );
 writeCsv(
   'parked',

@@ -1,4 +1,5 @@
-// Published results made again, by the experiments of the library whose names begin with published_: docs/published.md compares them with the papers.
+// Published results made again, by the experiments of the library whose names begin with published_: docs/published.md compares them with
+// the papers.
 // --quick: fewer and shorter runs.
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';

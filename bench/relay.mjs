@@ -1,4 +1,5 @@
-// Many viewers of one session over two relays: CPU per frame at the owner and at the relays, age of the frames, and 5,000 viewers by calculation.
+// Many viewers of one session over two relays: CPU per frame at the owner and at the relays, age of the frames, and 5,000 viewers by
+// calculation.
 import { readFileSync } from 'node:fs';
 import {
   digits,

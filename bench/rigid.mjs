@@ -278,7 +278,8 @@ for (const [name, share] of [
   const peer = cheapest(name);
   if (peer)
     say(
-      `820 boxes at sag up to 0.12 m: at most ${digits(share)} of ${name}: ${digits(own.mean_ms)} (${own.settings}) of ${digits(peer.mean_ms)} ms (${peer.settings}): ` +
+      `820 boxes at sag up to 0.12 m: at most ${digits(share)} of ${name}: ` +
+        `${digits(own.mean_ms)} (${own.settings}) of ${digits(peer.mean_ms)} ms (${peer.settings}): ` +
         `${digits(own.mean_ms / peer.mean_ms)}: ${verdict(own.mean_ms <= share * peer.mean_ms)}`,
     );
 }
@@ -288,21 +289,19 @@ for (const [own, peer] of [
 ]) {
   const time = (name, scene) => speedRows.find((row) => row.engine === name && row.scene === scene)?.mean_ms;
   const ratios = speedScenes.filter((of) => time(peer, of.name)).map((of) => [of.name, time(own, of.name) / time(peer, of.name)]);
-  if (ratios.length)
-    say(
-      `${own} never slower than ${peer}: ${ratios.map(([name, ratio]) => `${name} ${digits(ratio, 2)}`).join(', ')}: ${verdict(ratios.every(([, ratio]) => ratio <= 1))}`,
-    );
+  const listed = ratios.map(([name, ratio]) => `${name} ${digits(ratio, 2)}`).join(', ');
+  if (ratios.length) say(`${own} never slower than ${peer}: ${listed}: ${verdict(ratios.every(([, ratio]) => ratio <= 1))}`);
 }
 const small = growth[0],
   large = growth.at(-1);
 const grown = (what) => large[what] / small[what] / ((large.bodies * Math.log(large.bodies)) / (small.bodies * Math.log(small.bodies)));
 say(
-  `cost grows at most as N log N from ${small.bodies} to ${large.bodies} bodies: broad phase ${digits(grown('broad_ms'))}, solver ${digits(grown('solve_ms'))} of that: ` +
+  `cost grows at most as N log N from ${small.bodies} to ${large.bodies} bodies: ` +
+    `broad phase ${digits(grown('broad_ms'))}, solver ${digits(grown('solve_ms'))} of that: ` +
     verdict(grown('broad_ms') <= 1 && grown('solve_ms') <= 1),
 );
-say(
-  `a sleeping world costs less than 1 us a step: ${digits(Math.max(...growth.map((row) => row.asleep_us)))} us: ${verdict(growth.every((row) => row.asleep_us < 1))}`,
-);
+const asleep_us = Math.max(...growth.map((row) => row.asleep_us));
+say(`a sleeping world costs less than 1 us a step: ${digits(asleep_us)} us: ${verdict(asleep_us < 1)}`);
 
 const command = `bench/run rigid${quick ? ' --quick' : ''}${existsSync(join(peers, 'box2d_3_sse2')) ? ' --box2d DIR' : ''}`;
 const columns = {

@@ -6,7 +6,8 @@ import { names, startProxy } from './proxies/proxies.mjs';
 const quick = process.argv.includes('--quick');
 const rounds = quick ? 1 : 3;
 const seconds = quick ? 8 : 12;
-const warmup = 20; // the first frame, whole and with four seconds of events, is as large as a hundred deltas: a slow viewer must get past it
+/** The first frame, whole and with four seconds of events, is as large as a hundred deltas: a slow viewer must get past it. */
+const warmup = 20;
 const FAST = 4;
 const GOAL_MS = 350;
 

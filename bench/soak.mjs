@@ -1,7 +1,8 @@
-// An hour at full load, after which memory and descriptors must be where they were: sessions of every kind come and go with viewers, commands,
-// forks, seeks and reads; experiments and searches for advice run and are fetched in every format; clients leave in the middle, and send malformed requests.
-// Every ten seconds a line with the resources of the daemon goes into bench/results/soak.csv. Under load that depends on the present
-// sessions: so the load pauses now and then until all are deleted, and the lines of these rests (idle 1) show what remains.
+// An hour at full load, after which memory and descriptors must be where they were: sessions of every kind come and go with viewers,
+// commands, forks, seeks and reads; experiments and searches for advice run and are fetched in every format; clients leave in the middle,
+// and send malformed requests. Every ten seconds a line with the resources of the daemon goes into bench/results/soak.csv. Under load that
+// depends on the present sessions: so the load pauses now and then until all are deleted, and the lines of these rests (idle 1) show what
+// remains.
 //   bench/run soak [--quick] [--seconds=3600] [--rest-every=600] [--clients=12]
 import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { loadavg } from 'node:os';
@@ -263,7 +264,8 @@ say(
 );
 const met = growth < GROWTH_MIB_PER_H && last.descriptors <= Number(first.descriptors) + 4 && last.sessions === 0 && !statuses.has(500);
 say(
-  `${met ? 'Met' : 'Missed'}: anonymous memory of rests grows by less than ${GROWTH_MIB_PER_H} MiB/h, descriptors and sessions are back where they were, no 500.`,
+  `${met ? 'Met' : 'Missed'}: anonymous memory of rests grows by less than ${GROWTH_MIB_PER_H} MiB/h, ` +
+    'descriptors and sessions are back where they were, no 500.',
 );
 const how = await daemon.stop();
 say(`SIGTERM: exit ${how.code ?? how.signal}.`);

@@ -1,4 +1,5 @@
-// Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a session.
+// Simulated seconds per second of one core, compared with a model of the demo's rules in JavaScript; cost of techniques; bytes of a
+// session.
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { digits, interleave, laglab, build, median, printTable, range, root, run, say, writeCsv } from './lib.mjs';
@@ -178,7 +179,8 @@ say('');
 say(`race at least 60,000 times real time, no view observed: ${digits(median(alone))}: ${verdict(median(alone) >= 60000)}`);
 say(`and 3 times the model: ${digits(times)}: ${verdict(times >= 3)}`);
 say(
-  `with all metrics of \`run\`, the whole process, at least 40,000: ${digits(whole)} (the engine alone ${digits(median(observed))}): ${verdict(whole >= 40000)}`,
+  `with all metrics of \`run\`, the whole process, at least 40,000: ${digits(whole)} ` +
+    `(the engine alone ${digits(median(observed))}): ${verdict(whole >= 40000)}`,
 );
 say(`eight players, jitter and loss, at least 5,000: ${digits(eight)}: ${verdict(eight >= 5000)}`);
 say(`sixteen players at least 1,500: ${digits(sixteen)}: ${verdict(sixteen >= 1500)}`);
@@ -197,7 +199,8 @@ writeCsv(
     round: 'rounds are interleaved over the cases',
     sim_s: 'simulated seconds',
     cpu_s:
-      "CPU seconds: of the thread (laglab), of the process (whole process: one run of 3600 s, scaled; model: user + system, its compiler's threads too)",
+      'CPU seconds: of the thread (laglab), of the process ' +
+      "(whole process: one run of 3600 s, scaled; model: user + system, its compiler's threads too)",
     times_real_time: 'sim_s / cpu_s',
     live_bytes: '`cost.bytes` of a session with 30 s of history',
     parked_bytes: 'the same session parked',

@@ -174,7 +174,8 @@ const speed = median(speeds);
 rows.push({ group: 'batch', technique: 'eight players, everything on', us_per_sim_s: 1e6 / speed });
 say('');
 say(
-  `eight players with everything on: ${digits(speed)} times real time (${digits(Math.min(...speeds))} to ${digits(Math.max(...speeds))}); ` +
+  `eight players with everything on: ${digits(speed)} times real time ` +
+    `(${digits(Math.min(...speeds))} to ${digits(Math.max(...speeds))}); ` +
     `at least 1,000: ${speed >= 1000 ? 'met' : 'MISSED'}`,
 );
 

@@ -1,5 +1,6 @@
 // Speed against error of eight families of methods, each with an image and the cheapest method at three levels of error, measured again.
-// docs/tradeoff.md shows both. --quick: 10 seeds for each setting and its check; default 20, and 100 where a few seeds have most of the error.
+// docs/tradeoff.md shows both. --quick: 10 seeds for each setting and its check; default 20, and 100 where a few seeds have most of the
+// error.
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';

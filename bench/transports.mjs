@@ -65,8 +65,8 @@ writeFileSync(
   'bench/results/transports.md',
   `# Transports against theory
 
-Inputs at 60 Hz, ${LAG_MS} ms each way, ${SECONDS} s; latency from sending a message to handing it over, ms. Theory: first order in the loss that was met, of
-inputs alone ([Transports](../../docs/transports.md#head-of-line-blocking)). Written by \`node bench/transports.mjs\`.
+Inputs at 60 Hz, ${LAG_MS} ms each way, ${SECONDS} s; latency from sending a message to handing it over, ms. Theory: first order in the loss
+that was met, of inputs alone ([Transports](../../docs/transports.md#head-of-line-blocking)). Written by \`node bench/transports.mjs\`.
 
 | transport | loss, % | extra mean | theory | p50 | p95 | p99 | max | delayed, % | theory, % | lost, % | up, B/s |
 |---|---|---|---|---|---|---|---|---|---|---|---|

@@ -1,7 +1,7 @@
 // The image's bill of materials, SPDX 2.3 as JSON: node deploy/sbom.mjs PACKAGES.tsv LINKED.tsv > sbom.spdx.json
-// PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version; LINKED.tsv the same of packages of the
-// build whose code is in the binary. The page's libraries are those of package-lock.json that are no tools of the tests, with the checksums that `npm ci`
-// holds them against.
+// PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version; LINKED.tsv the same of
+// packages of the build whose code is in the binary. The page's libraries are those of package-lock.json that are no tools of the tests,
+// with the checksums that `npm ci` holds them against.
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';

@@ -14,12 +14,15 @@ const PLACES = 25; /* of a part, over the whole card */
 
 /** The columns of a trace at a tick, by name. @typedef {(name: string) => number} Row */
 /** from, to: ticks; bodies: rows are the bodies at the end of a run of that length, since a trace has no more than eight;
- * places: how many, where the usual number is too coarse; parts: where each part of the drawing is, [x, y] or [x, y, degrees], for a row, the row at `from`, and the row some ticks ago
- * @typedef {{from: number, to: number, bodies?: boolean, places?: number, parts: Record<string, (now: Row, start: Row, ago: (ticks: number) => Row) => number[]>}} Card */
+ * places: how many, where the usual number is too coarse; parts: where each part of the drawing is, [x, y] or [x, y, degrees], for a row,
+ * the row at `from`, and the row some ticks ago
+ * @typedef {{from: number, to: number, bodies?: boolean, places?: number, parts: Record<string, (now: Row, start: Row,
+ * ago: (ticks: number) => Row) => number[]>}} Card */
 
 const degrees = (/** @type {number} */ radians) => (-180 / Math.PI) * radians;
-/** Of a stack of boxes of 1 m, from the ground up. @param {number} x of the stack @param {number} count @param {number} side of a drawn box, units
- * @param {number} [each] how many boxes one part draws: it has the place of the lowest of them */
+/** Of a stack of boxes of 1 m, from the ground up. @param {number} x of the stack @param {number} count
+ * @param {number} side of a drawn box, units @param {number} [each] how many boxes one part draws: it has the place of the lowest of
+ * them */
 const stack = (x, count, side, each = 1) =>
   Object.fromEntries(
     Array.from({ length: count / each }, (_, i) => {
@@ -32,12 +35,14 @@ const stack = (x, count, side, each = 1) =>
       return [`box${i}`, placeOf];
     }),
   );
-/** A car along the road. @param {string} column m @param {number} x where it is at `from` @param {number} y @param {number} scale units per m */
+/** A car along the road. @param {string} column m @param {number} x where it is at `from` @param {number} y
+ * @param {number} scale units per m */
 const along = (column, x, y, scale) => (/** @type {Row} */ now, /** @type {Row} */ start) => [x + scale * (now(column) - start(column)), y];
 
 /** The place of the inputs that the server's next step needs. @param {Row} now @param {Row} start */
 const slotOf = (now, start) => 44 + 31 * (now('server_step') - start('server_step'));
-/** How much of the wait for the next step is over, 0 to 1: the input of the slowest player ends it. @param {Row} now @param {(ticks: number) => Row} ago */
+/** How much of the wait for the next step is over, 0 to 1: the input of the slowest player ends it. @param {Row} now
+ * @param {(ticks: number) => Row} ago */
 function waited(now, ago) {
   const step = now('server_step');
   let since = 0,
@@ -113,7 +118,8 @@ function traceOf(asked, lesson) {
   return (tick) => (name) => Number(ticks.get(tick)?.[columns.indexOf(name)]);
 }
 
-/** The same of the bodies at the end of a run that ends at the tick. @param {ReturnType<typeof engine>} asked @param {any} lesson @returns {(tick: number) => Row} */
+/** The same of the bodies at the end of a run that ends at the tick. @param {ReturnType<typeof engine>} asked @param {any} lesson
+ * @returns {(tick: number) => Row} */
 function bodiesOf(asked, lesson) {
   const { hz } = asked.run(lesson.scenario, lesson.set, lesson.seed).scenario;
   return (tick) => {

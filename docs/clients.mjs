@@ -7,7 +7,8 @@ import ts from 'typescript';
 
 const API = 'clients/js/types/api.d.ts';
 
-/** Requests and answers of every operation. @param {string} root @param {Map<string, string>} fresh generated files, which can be older on disk */
+/** Requests and answers of every operation. @param {string} root
+ * @param {Map<string, string>} fresh generated files, which can be older on disk */
 function apiTypes(root, fresh) {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-api-types-')),
     made = path.join(folder, 'api.d.ts');
@@ -27,8 +28,8 @@ function apiTypes(root, fresh) {
   }
 }
 
-/** clients/js/types, by the names of the files. @param {string} root @param {Map<string, string>} generated files, which can be older on disk
- * @returns {Map<string, string>} */
+/** clients/js/types, by the names of the files. @param {string} root
+ * @param {Map<string, string>} generated files, which can be older on disk @returns {Map<string, string>} */
 export function clientTypes(root, generated) {
   const fresh = new Map([...generated, [API, apiTypes(root, generated)]]);
   /** @type {ts.CompilerOptions} */

@@ -1,6 +1,6 @@
-// Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
-// (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
-// benchmarks (from bench/results/*.csv).
+// Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the
+// API (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the
+// bytes of a session (from `laglab run`) and the figures of the benchmarks (from bench/results/*.csv).
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //
@@ -132,10 +132,10 @@ A scenario is a JSON object of at most 32 levels. It names a kind, the kind's pa
 defaults. An unlisted key is an error, and so is a value of the wrong type or out of its range: the message names the field, the
 range and the value. Names carry their units.
 
-A row that is **live** can be changed while a session runs, by \`PATCH /api/v1/sessions/ID/params\` or by the page. The others are set before
-a session is created: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths address a value;
-elements of arrays are counted from 0. Rules that connect several values are checked after all of them are set, in any order; of two \`--set\` of one path
-the later counts.
+A row that is **live** can be changed while a session runs, by \`PATCH /api/v1/sessions/ID/params\` or by the page. The others are set
+before a session is created: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths
+address a value; elements of arrays are counted from 0. Rules that connect several values are checked after all of them are set, in any
+order; of two \`--set\` of one path the later counts.
 
 Two rows depend on each other: reconciliation switched on switches prediction on, and prediction switched off switches reconciliation off.
 
@@ -296,7 +296,8 @@ function recordDoc(schema) {
   const { id, name, channel, form, keys } = schema['x-record'];
   const names = (/** @type {any} */ p) => p.enum ?? p.items?.enum;
   return [
-    `${schema.description} Record ${id}, ${code(name)}, of channel ${code(channel)}; form ${code(form)}${keys ? ` by its first ${keys} fields` : ''}.`,
+    `${schema.description} Record ${id}, ${code(name)}, of channel ${code(channel)}; ` +
+      `form ${code(form)}${keys ? ` by its first ${keys} fields` : ''}.`,
     table(
       ['Field', 'Coding', 'Unit', 'Meaning'],
       Object.entries(schema.properties).map(([field, p]) => [

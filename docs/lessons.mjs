@@ -74,7 +74,8 @@ export function engine(binary) {
 
 const at = (/** @type {any} */ tree, /** @type {string} */ where) => where.split('.').reduce((node, name) => node?.[name], tree);
 
-/** A number of a run, or an error that says why there is none. @param {any} lesson @param {Measure} what @param {ReturnType<typeof engine>} asked */
+/** A number of a run, or an error that says why there is none. @param {any} lesson @param {Measure} what
+ * @param {ReturnType<typeof engine>} asked */
 export function measure(lesson, what, asked) {
   const set = { ...(what.scenario ? {} : lesson.set), ...(what.changed ? lesson.change.set : {}), ...what.set };
   const run = asked.run(what.scenario ?? lesson.scenario, set, lesson.seed);
@@ -237,7 +238,8 @@ function numberProblems(lesson, asked) {
 /** Controls that are no settings of a scenario: those of api/lesson.schema.json. @type {() => string[]} */
 const otherControls = () => JSON.parse(readFileSync(path.join(ROOT, 'api/lesson.schema.json'), 'utf8')).$defs.controls.items.anyOf[0].enum;
 
-/** Each setting that a step names is one of the scenario that it shows. @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
+/** Each setting that a step names is one of the scenario that it shows. @param {any} lesson @param {ReturnType<typeof engine>} asked
+ * @returns {string[]} */
 function controlProblems(lesson, asked) {
   const found = [],
     others = otherControls();
@@ -254,7 +256,8 @@ function controlProblems(lesson, asked) {
   return found;
 }
 
-/** Everything that is wrong with a lesson, a sentence each. @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
+/** Everything that is wrong with a lesson, a sentence each. @param {any} lesson @param {ReturnType<typeof engine>} asked
+ * @returns {string[]} */
 export function problems(lesson, asked) {
   const shape = schemaProblems(lesson);
   if (shape.length > 0) return shape;
@@ -273,7 +276,8 @@ export function problems(lesson, asked) {
   return [...new Set(found)];
 }
 
-/** The lesson with the engine's values of its numbers; those without one are as they were. @param {any} lesson @param {ReturnType<typeof engine>} asked */
+/** The lesson with the engine's values of its numbers; those without one are as they were. @param {any} lesson
+ * @param {ReturnType<typeof engine>} asked */
 export function withNumbers(lesson, asked) {
   const numbers = Object.entries(lesson.numbers ?? {}).map(([name, number]) => {
     try {

@@ -1,6 +1,7 @@
 // The tables of metrics (from `laglab schema metrics`) as docs/metrics.md, those of columns as docs/columns.md.
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string, null?: string}} Row */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rare?: boolean, tail?: string, help: string,
+ * null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
 
 const TITLES = { netgame: 'Netgame', motion: 'Motion', rigid: 'Rigid bodies', fluid: 'Fluids' };
@@ -33,9 +34,9 @@ export function metricsDoc({ kinds, common }) {
 
 <!-- Written by docs/generate.mjs from \`laglab schema metrics\`: the tables are in C, and changed there. -->
 
-The members of \`metrics\`, which \`laglab run\` prints and \`GET /api/v1/sessions/ID/metrics\` returns. \`GET /api/v1/metrics\` returns these tables without
-a session. In a path \`*\` stands for each element of a list, or each member of an object. [Concepts](concepts.md#metrics) defines the terms, and the
-instants between which each metric of a netgame is measured.
+The members of \`metrics\`, which \`laglab run\` prints and \`GET /api/v1/sessions/ID/metrics\` returns. \`GET /api/v1/metrics\` returns
+these tables without a session. In a path \`*\` stands for each element of a list, or each member of an object.
+[Concepts](concepts.md#metrics) defines the terms, and the instants between which each metric of a netgame is measured.
 
 | Type | In JSON |
 | --- | --- |
@@ -52,8 +53,8 @@ instants between which each metric of a netgame is measured.
 | notices | a list of sentences |
 
 *Signed* metrics may be below 0 and are better the nearer they are to 0: comparisons take their magnitude. *Rare* metrics count
-events that come one by one: their number has nearly a Poisson distribution, which their confidence intervals take into account. Of a distribution and
-a gauge the members are null, not the object.
+events that come one by one: their number has nearly a Poisson distribution, which their confidence intervals take into account. Of a
+distribution and a gauge the members are null, not the object.
 
 ${kinds.map(({ kind, tables }) => `## ${TITLES[kind] ?? kind}\n\n${tables.map(section).join('\n')}`).join('\n')}
 ## Every kind
@@ -77,15 +78,17 @@ export function columnsDoc({ kinds }, results) {
 
 ## Traces
 
-A trace (\`laglab run --trace\`, \`sweep --traces\`, \`GET /api/v1/sessions/ID/trace\`) is CSV with a line per tick, tick 0 too: the state after all events
-of its time; other formats have the same columns. Its first columns are \`time_s\` and \`tick\`. In a beginning of names \`*\` is the index of a player, a method or a body. Of worlds and fluids
-side by side, the columns of all after the first begin with \`side_by_side0_\` or \`side_by_side1_\`. What is not known is \`nan\`, and null in other formats than CSV.
+A trace (\`laglab run --trace\`, \`sweep --traces\`, \`GET /api/v1/sessions/ID/trace\`) is CSV with a line per tick, tick 0 too: the state
+after all events of its time; other formats have the same columns. Its first columns are \`time_s\` and \`tick\`. In a beginning of names
+\`*\` is the index of a player, a method or a body. Of worlds and fluids side by side, the columns of all after the first begin with
+\`side_by_side0_\` or \`side_by_side1_\`. What is not known is \`nan\`, and null in other formats than CSV.
 
 ${kinds.map(({ kind, tables }) => `### ${TITLES[kind] ?? kind}\n\n${tables.map(columns).join('\n')}`).join('\n')}
 ## Results
 
-The tables of [experiments](experiments.md) as CSV, NDJSON, JSON, Parquet and SQLite. Parameters and metrics are columns named by their paths, parameters with
-their unit; [metrics](metrics.md) says what each is. In other columns of a metric \`*\` is its path and a point: \`players.0.remote_error_m.mean.ci95\`.
+The tables of [experiments](experiments.md) as CSV, NDJSON, JSON, Parquet and SQLite. Parameters and metrics are columns named by their
+paths, parameters with their unit; [metrics](metrics.md) says what each is. In other columns of a metric \`*\` is its path and a point:
+\`players.0.remote_error_m.mean.ci95\`.
 
 ${results.map((table) => columns({ ...table, path: table.path && `${table.path}.` })).join('\n')}`;
 }

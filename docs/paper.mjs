@@ -6,8 +6,8 @@ import { fileURLToPath } from 'node:url';
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const read = (/** @type {string} */ name) => JSON.parse(readFileSync(path.join(ROOT, name), 'utf8'));
 
-/** What the paper says, in its order. places: all scenarios and lessons of these figures and sections that no row names; scenarios, lessons:
- * these, too; coming: scenarios that belong here once they are there; see: where on the page it is seen.
+/** What the paper says, in its order. places: all scenarios and lessons of these figures and sections that no row names; scenarios,
+ * lessons: these, too; coming: scenarios that belong here once they are there; see: where on the page it is seen.
  * @typedef {{says: string, places?: string[], scenarios?: string[], lessons?: string[], coming?: string[], see: string}} Row */
 
 /** @type {Row[]} */
@@ -151,8 +151,8 @@ export const library = () => ({
     .sort((a, b) => a.order - b.order),
 });
 
-/** What a row shows: those that it names, which must exist, then those of its places. @param {Row} row @param {'scenarios' | 'lessons'} kind
- * @param {Named[]} all @returns {Named[]} */
+/** What a row shows: those that it names, which must exist, then those of its places. @param {Row} row
+ * @param {'scenarios' | 'lessons'} kind @param {Named[]} all @returns {Named[]} */
 export function shown(row, kind, all) {
   const named = new Set(ROWS.flatMap((one) => [...(one[kind] ?? []), ...(one.coming ?? [])]));
   const own = (row[kind] ?? []).map((id) => {
@@ -205,8 +205,9 @@ export const paperDoc =
 # The paper, place by place
 
 laglab shows and measures what the paper says about physics in games, alone and over a network, in its text and 13 figures. This page is for
-teachers who read the paper with a class: for each statement, the scenario that shows it, the lesson that asks about it, and where on the page to look. Choose a
-scenario in the list at the top of the page, or open \`/?scenario=paper/fig08\`; a lesson opens by its card on the first page, or \`/#lesson=figure_8\`.
+teachers who read the paper with a class: for each statement, the scenario that shows it, the lesson that asks about it, and where on the
+page to look. Choose a scenario in the list at the top of the page, or open \`/?scenario=paper/fig08\`; a lesson opens by its card on the
+first page, or \`/#lesson=figure_8\`.
 
 ${coverage()}
 
@@ -222,8 +223,9 @@ build/laglab run paper/fig06 --text   # the client loop; fig07: the server loop
 build/laglab run paper/fig10 --text   # captions, and the events: 0, 150, 250, 283, 433, 533 ms
 \`\`\`
 
-For every netgame it prints the captions of the views (lag, techniques, updates per second), the way of each player's first input to the server and back, when the
-first updates arrive, and the last acknowledged inputs. So \`fig08\` and \`fig09\` compare even and uneven arrivals, \`fig11\` the order server, A, B.
+For every netgame it prints the captions of the views (lag, techniques, updates per second), the way of each player's first input to the
+server and back, when the first updates arrive, and the last acknowledged inputs. So \`fig08\` and \`fig09\` compare even and uneven
+arrivals, \`fig11\` the order server, A, B.
 
 ## Errata
 

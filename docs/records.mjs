@@ -133,10 +133,11 @@ function rowSchema(record) {
       'values',
       '{ type: array, items: { type: integer, minimum: 0, maximum: 255 }, description: "Width x height cells; the bytes behind the row." }',
     ]);
+  const facts = ['id', 'name', 'channel', 'form', ...(record.keys ? ['keys'] : [])].map((fact) => `${fact}: ${record[fact]}`);
   return `    ${camel(record.name)}Row:
       type: object
       description: ${quoted(record.help)}
-      x-record: { id: ${record.id}, name: ${record.name}, channel: ${record.channel}, form: ${record.form}${record.keys ? `, keys: ${record.keys}` : ''} }
+      x-record: { ${facts.join(', ')} }
       required: [${properties.map(([name]) => name).join(', ')}]
       additionalProperties: false
       properties:
@@ -164,7 +165,11 @@ export function asyncSchemas(schema) {
         seq: { type: integer, minimum: 0, maximum: 4294967295, description: Counts the frames of the stream; what a viewer acknowledges. }
         tick: { type: integer, minimum: 0 }
         time_s: { type: number, minimum: 0, description: Virtual time. }
-        flags: { type: array, items: { enum: [playing, ended, behind, failed, jump] }, uniqueItems: true, description: "behind: the log goes further; jump: what was kept is of another past." }
+        flags:
+          type: array
+          description: "behind: the log goes further; jump: what was kept is of another past."
+          items: { enum: [playing, ended, behind, failed, jump] }
+          uniqueItems: true
 ${frame.join('\n')}
 ${schema.records.map(rowSchema).join('\n')}`;
 }

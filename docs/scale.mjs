@@ -67,7 +67,8 @@ export function capacityDoc(streams, store, table) {
   return [
     'Measured:',
     table(['What', 'Figure', 'By'], rows),
-    'Calculated from these, for races of two cars, by multiplication only. No cache, scheduler or network of a large site is in it: plan for twice the cores.',
+    'Calculated from these, for races of two cars, by multiplication only. ' +
+      'No cache, scheduler or network of a large site is in it: plan for twice the cores.',
     table(['For', 'Sessions', 'Viewers', 'Cores at 60 Hz', 'at 20 Hz', 'Memory, GB', 'Mbit/s at 60 Hz', 'at 20 Hz'], planned),
   ].join('\n\n');
 }

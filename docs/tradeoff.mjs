@@ -5,30 +5,34 @@ import { fileURLToPath } from 'node:url';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 
-/** @typedef {{name: string, title: string, text: string, problems: {scenario: string, error: string, title: string}[], costs: {path: string, title: string}[]}} Family */
+/** @typedef {{name: string, title: string, text: string, problems: {scenario: string, error: string, title: string}[],
+ * costs: {path: string, title: string}[]}} Family */
 
 const INTRODUCTION = `# Speed against error
 
-Which method is the cheapest at a given error? \`laglab tradeoff\` measures families of methods, each method at each of its own settings, and
-places them on the Pareto front of the error and every cost: processor time, work that is the same on every machine, bytes per second, latency, memory.
-Each image has a drawing for each cost; left is cheap, low is accurate.
+Which method is the cheapest at a given error? \`laglab tradeoff\` measures families of methods, each method at each of its own settings,
+and places them on the Pareto front of the error and every cost: processor time, work that is the same on every machine, bytes per second,
+latency, memory. Each image has a drawing for each cost; left is cheap, low is accurate.
 
 - **Error**: the mean over seeds with its 95 % [interval](experiments.md#intervals); without randomness a run's own.
 - **Front**: marked points, for which no other is better in both.
 - **Levels**: three per problem, dashed. Of the settings on the fronts of the costs other than time, the upper bounds of the errors span
   a range; the levels divide it in four equal parts on a logarithmic scale, rounded up to two digits.
-- **Cheapest**: the setting with the least cost whose upper bound is within the level; a ring in the image, a link to a live session in the table.
-- **Check**: every setting is measured again, on seeds that follow those of the measurement. A choice *holds* if its upper bound is within the level again,
-  and nothing else that is within it there is cheaper beyond the intervals of both costs. Without randomness the errors cannot differ, and the
-  processor time is measured again. *As cheap* are methods whose cost does not differ certainly from it in one of the two measurements.
+- **Cheapest**: the setting with the least cost whose upper bound is within the level; a ring in the image, a link to a live session in the
+  table.
+- **Check**: every setting is measured again, on seeds that follow those of the measurement. A choice *holds* if its upper bound is within
+  the level again, and nothing else that is within it there is cheaper beyond the intervals of both costs. Without randomness the errors
+  cannot differ, and the processor time is measured again. *As cheap* are methods whose cost does not differ certainly from it in one of the
+  two measurements.
 - **Time**: the minimum of the runs; its interval ends at the median, and at least 5 % above the minimum.
 
 \`\`\`console
 $ build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
 \`\`\`
 
-On the page, *Speed against error* in every lab (\`/#tradeoff\`) measures a family on the daemon; \`POST /api/v1/tradeoffs\` is for programs.
-\`bench/run tradeoff\` measures all of this page. [Work against precision](experiments.md#work-against-precision) has the options for a problem of your own.
+On the page, *Speed against error* in every lab (\`/#tradeoff\`) measures a family on the daemon; \`POST /api/v1/tradeoffs\` is for
+programs. \`bench/run tradeoff\` measures all of this page. [Work against precision](experiments.md#work-against-precision) has the options
+for a problem of your own.
 `;
 
 const number = (/** @type {string} */ text, digits = 3) => (text === '' ? '' : String(Number(Number(text).toPrecision(digits))));

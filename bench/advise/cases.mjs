@@ -3,7 +3,8 @@
 // seeds matter, `repeats` is above 1; where the error counts rare events, `event` is what one adds to that of a run. `sample` is
 // what the tests take.
 
-/** @typedef {{name: string, kind: string, what: string[], experiment: Record<string, any>, limits: (number | {rank: number})[], sample?: boolean, event?: number}} Grid */
+/** @typedef {{name: string, kind: string, what: string[], experiment: Record<string, any>, limits: (number | {rank: number})[],
+ * sample?: boolean, event?: number}} Grid */
 
 const log = (path, from, to, count) => ({ path, from, to, count, scale: 'log' });
 const list = (path, ...values) => ({ path, values });

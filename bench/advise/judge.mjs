@@ -26,7 +26,8 @@ function student(degrees) {
   return z + (z ** 3 + z) / (4 * degrees) + (5 * z ** 5 + 16 * z ** 3 + 3 * z) / (96 * degrees ** 2);
 }
 
-/** By how much a mean of rare events may be above what was counted, at 97.5 % (Poisson): k + 1.92 + 1.96 sqrt(k + 1) bounds it within 2 %. */
+/** By how much a mean of rare events may be above what was counted, at 97.5 % (Poisson): k + 1.92 + 1.96 sqrt(k + 1) bounds it within 2
+ * %. */
 const rare = (mean, n, event) => (event * (1.92 + 1.96 * Math.sqrt((mean * n) / event + 1))) / n;
 
 const FIRST = 24; // seeds of every setting, where brute force is a race
@@ -61,7 +62,8 @@ async function extend(laglab, experiment, jobs, runs, which, seeds) {
   await sweep(laglab, { ...seeded(experiment, FRESH_SEED + made), repeats: seeds - made, axes: [{ zip }] }, jobs, runs, which);
 }
 
-/** Means of magnitudes. Where the error counts events, each of which adds `event` to that of a run, the interval is at least as wide as theirs.
+/** Means of magnitudes. Where the error counts events, each of which adds `event` to that of a run, the interval is at least as wide as
+ * theirs.
  * @returns {Point} */
 function told({ errors, costs, failed }, point, event) {
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;

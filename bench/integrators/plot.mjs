@@ -55,11 +55,12 @@ export function workPrecision({ title, across = 'relative error at the end', wha
     const place = line.points.map((p) => [x.at(Math.log10(p.x)).toFixed(1), y.at(Math.log10(p.y)).toFixed(1)]);
     const dash = DASHES[nth % DASHES.length],
       at = TOP + 10 + 17 * i;
+    const label = ['laglab', 'peers'].includes(line.group) ? line.name : `${line.group} ${line.name}`;
     out.push(
       `<g class="g${of}"><path d="M${place.map((p) => p.join(' ')).join('L')}" stroke-dasharray="${dash}"/>`,
       ...place.map(([px, py]) => `<circle cx="${px}" cy="${py}" r="2.2"/>`),
       `<path d="M${RIGHT + 8} ${at - 4}h24" stroke-dasharray="${dash}"/></g>`,
-      `<text x="${RIGHT + 36}" y="${at}">${escaped(['laglab', 'peers'].includes(line.group) ? line.name : `${line.group} ${line.name}`)}</text>`,
+      `<text x="${RIGHT + 36}" y="${at}">${escaped(label)}</text>`,
     );
   });
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" width="${WIDTH}" height="${HEIGHT}" role="img">

@@ -261,7 +261,8 @@ export class Session {
     return this.control('restart', { reset });
   }
 
-  /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values @returns {Promise<Answer<'patchParams'>>} */
+  /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values
+   * @returns {Promise<Answer<'patchParams'>>} */
   set(values) {
     return this.json('PATCH', '/params', { body: values });
   }

@@ -8,8 +8,8 @@ import { LaglabError } from './errors.js';
 /**
  * What is special to this client.
  * @typedef {object} Axes
- * @property {Record<string, any[] | Settings> | Record<string, any>[]} [axes]  by path its values, or by a name settings with names; or a list
- *   as in the experiment's format
+ * @property {Record<string, any[] | Settings> | Record<string, any>[]} [axes]  by path its values, or by a name settings with names; or a
+ * list as in the experiment's format
  */
 /** An experiment's other members, each as the API has it. @typedef {Omit<Partial<Specification>, 'scenario' | 'axes'> & Axes} Wish */
 

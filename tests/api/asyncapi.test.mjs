@@ -1,6 +1,6 @@
-// Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says of
-// them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this process's, so
-// that a busy machine changes none of them; what needs time waits until it is there.
+// Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says
+// of them and compared with the text of the same number. Rates are measured by the numbers of frames and the daemon's clock, not by this
+// process's, so that a busy machine changes none of them; what needs time waits until it is there.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import Ajv from 'ajv/dist/2020.js';
@@ -12,7 +12,8 @@ import { reader } from '../lib/sections.mjs';
 let daemon, c, api, ajv;
 
 before(async () => {
-  daemon = await startDaemon({ args: ['--ack-timeout-s', '600', '--head-timeout-s', '60'] }); // what the tests themselves send late is not closed
+  // What the tests themselves send late is not closed.
+  daemon = await startDaemon({ args: ['--ack-timeout-s', '600', '--head-timeout-s', '60'] });
   c = client(daemon.url);
   api = YAML.parse((await c.get('/api/v1/asyncapi.yaml')).text);
   ajv = new Ajv({ strict: false, allErrors: true });
@@ -199,7 +200,8 @@ test('traffic is what the metrics count', async () => {
       [up.messages, up.messages_lost, down.messages, down.messages_lost],
     );
   }
-  assert.ok(Math.abs(links[0].ping_ms - 2 * (4130 / 299792.458) * 1.5 * 1000) < 0.5, `${links[0].ping_ms} ms`); // light in fibre, there and back
+  const inFibre_ms = 2 * (4130 / 299792.458) * 1.5 * 1000; // light, there and back
+  assert.ok(Math.abs(links[0].ping_ms - inFibre_ms) < 0.5, `${links[0].ping_ms} ms`);
   assert.ok(links[1].down_lost > 0 && links[0].down_lost === 0);
   await stream.close();
 });

@@ -139,7 +139,8 @@ static void open_badly(const char *name, const char *json, const char *const *se
     laglab_code code = laglab_open(json, sets, &run);
     say(name, run, code);
     double value;
-    if (laglab_run_to(run, 1) != LAGLAB_CONFLICT || laglab_metric(run, "x", &value) != LAGLAB_CONFLICT || !isnan(value) || laglab_hash(run) != 0 ||
+    if (laglab_run_to(run, 1) != LAGLAB_CONFLICT || laglab_metric(run, "x", &value) != LAGLAB_CONFLICT ||
+        !isnan(value) || laglab_hash(run) != 0 ||
         laglab_metric_count(run) != 0 || laglab_json(run, LAGLAB_STATE) != NULL)
         printf("a run that could not be opened does something\n");
     laglab_close(run);

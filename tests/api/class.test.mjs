@@ -1,5 +1,5 @@
-// A class from outside: opening, joining, seats, votes, phases, freezing, copies, lost connections, hostile members. What thirty-one clients
-// at once see and how much is sent is in class_load.test.mjs.
+// A class from outside: opening, joining, seats, votes, phases, freezing, copies, lost connections, hostile members. What thirty-one
+// clients at once see and how much is sent is in class_load.test.mjs.
 import assert from 'node:assert/strict';
 import { networkInterfaces } from 'node:os';
 import { after, before, test } from 'node:test';
@@ -432,7 +432,8 @@ test('a second device is a remote control; a teacher who has gone changes nothin
   assert.equal((await c.call('POST', `/api/v1/sessions/${room.board.id}/control`, input)).status, 403, 'its key does not');
 });
 
-test('without a store a restart ends classes and says so; what outlives it with one is in tests/daemon/class_restart.test.mjs', async (t) => {
+// What outlives it with a store is in tests/daemon/class_restart.test.mjs.
+test('without a store a restart ends classes and says so', async (t) => {
   let d = await startDaemon({ data: 'memory' });
   let s = client(d.url);
   const room = await open({}, s);
@@ -527,8 +528,16 @@ test('floods, huge and odd bodies, odd messages: errors, and the class goes on',
   for (let i = 0; i < 1500; i++) stream.say({ auth: WRONG });
   await waitFor(() => stream.closed, 'the end of a flood');
   assert.ok([1008, 1013].includes(stream.closed.code), `${stream.closed.code}`); /* too many, or its answers not read */
-  const head = `GET /api/v1/classes/${room.code}/stream HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n`;
-  const upgrade = `${head}Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Protocol: laglab.v2.json\r\n\r\n`;
+  const upgrade = [
+    `GET /api/v1/classes/${room.code}/stream HTTP/1.1`,
+    'Host: localhost',
+    'Connection: Upgrade',
+    'Upgrade: websocket',
+    'Sec-WebSocket-Version: 13',
+    'Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==',
+    'Sec-WebSocket-Protocol: laglab.v2.json',
+    '\r\n',
+  ].join('\r\n');
   assert.match((await raw(daemon.port, upgrade, 1000)).text, /^HTTP\/1.1 404 /, 'codes are not looked up by streams, which nothing limits');
   assert.equal((await room.state()).votes, 1);
 });

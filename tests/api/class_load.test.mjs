@@ -1,5 +1,5 @@
-// Thirty-one clients at once: a teacher and thirty members, who all watch a race at 10 Hz as the page does. What they see, how soon, and how
-// much is sent; and the documents: each answer and message of a class by openapi.yaml and asyncapi.yaml.
+// Thirty-one clients at once: a teacher and thirty members, who all watch a race at 10 Hz as the page does. What they see, how soon, and
+// how much is sent; and the documents: each answer and message of a class by openapi.yaml and asyncapi.yaml.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import Ajv from 'ajv/dist/2020.js';

@@ -97,7 +97,8 @@ test('every result that a benchmark writes says of which rooms it speaks', () =>
   for (const name of names) assert.doesNotThrow(() => roomsOf(name));
 });
 
-/** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms @param {string} root */
+/** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms
+ * @param {string} root */
 function stateOf(rooms, root = ROOT) {
   const list = rooms
     .map(

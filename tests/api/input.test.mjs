@@ -35,7 +35,8 @@ after(async () => {
 
 const follow = (node) => (node.$ref ? { ...schema.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
 
-/** All leaves of both kinds: path, schema, the scenario and choice that they need, and how a value is set: a list of numbers as a whole. What an array has that may be empty needs an element. */
+/** All leaves of both kinds: path, schema, the scenario and choice that they need, and how a value is set: a list of numbers as a whole.
+ * What an array has that may be empty needs an element. */
 function* allLeaves() {
   const [netgame, motion] = schema.oneOf;
   for (const leaf of leaves(netgame, [])) {

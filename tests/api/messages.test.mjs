@@ -14,12 +14,14 @@ const said = translator(TABLE, (given) => given);
 
 /** Rooms whose errors answer what a person does on the page. */
 const ROOMS = [
-  'daemon/api daemon/class daemon/hosting daemon/jobs param session sim/core sim/motion sim/fluid sim/rigid sim/netgame experiment/spec library',
+  'daemon/api daemon/class daemon/hosting daemon/jobs param session experiment/spec library',
+  'sim/core sim/motion sim/fluid sim/rigid sim/netgame',
   'ode/core rigid/world fluid/grid fluid/particle fluid/pressure game/games',
 ]
   .join(' ')
   .split(' ');
-/** What a page never gets: of starts of the daemon, of files of the command line, of logs, of requests that no page makes, of faults of tables. */
+/** What a page never gets: of starts of the daemon, of files of the command line, of logs, of requests that no page makes, of faults of
+ * tables. */
 const NEVER = [
   /^cannot (?:start|read|create)/,
   /thread|^workload|log\b|^line %zu|^row %d|rows$|^a table|has no name$|^Accept|^Idempotency|^Range|^run: /,

@@ -8,7 +8,8 @@ import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { metricRow } from '../../www/js/base/metrics.js';
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rate?: boolean, rare?: boolean, help: string, null?: string}} Row */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rate?: boolean, rare?: boolean, help: string,
+ * null?: string}} Row */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: Row[]}} Table */
 
 const DISTRIBUTION = ['mean', 'rms', 'p50', 'p95', 'p99', 'max', 'count'];

@@ -1,6 +1,6 @@
-// The example notebook, executed by Jupyter's kernel with Debian's pandas and matplotlib: what its variables then have is compared with runs
-// of the program that this test makes by itself. The notebook is committed without outputs: images differ with each version of the fonts,
-// and figures that are not computed again grow stale.
+// The example notebook, executed by Jupyter's kernel with Debian's pandas and matplotlib: what its variables then have is compared with
+// runs of the program that this test makes by itself. The notebook is committed without outputs: images differ with each version of the
+// fonts, and figures that are not computed again grow stale.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { readFileSync } from 'node:fs';

@@ -185,7 +185,9 @@ test("tshark's analysis of TCP finds what was sent again, in order, with right c
   const found = fieldsOf(
     file,
     ['frame.comment'],
-    `${B} && (tcp.analysis.retransmission || tcp.analysis.fast_retransmission || tcp.analysis.spurious_retransmission || tcp.analysis.out_of_order)`,
+    `${B} && (${['retransmission', 'fast_retransmission', 'spurious_retransmission', 'out_of_order']
+      .map((what) => `tcp.analysis.${what}`)
+      .join(' || ')})`,
   );
   assert.deepEqual(
     found.map(([comment]) => comment),

@@ -10,7 +10,8 @@ import { BINARY } from '../lib/daemon.mjs';
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const checked = new Set();
 
-/** Runs an experiment of the library with other settings. @param {string} name @param {(spec: any) => void} change @returns {Record<string, any>[]} a row per run */
+/** Runs an experiment of the library with other settings. @param {string} name @param {(spec: any) => void} change
+ * @returns {Record<string, any>[]} a row per run */
 function rowsOf(name, change) {
   const spec = JSON.parse(readFileSync(path.join(ROOT, `scenarios/experiments/${name}.json`), 'utf8'));
   change(spec);
@@ -86,7 +87,7 @@ test('Lee and Chang: nine in ten shots behind cover go, and the other hits stay'
   }
 });
 
-test('Griwodz and Halvorsen: with fewer than four packets in flight losses wait for the timer, with more fast retransmit repairs them', () => {
+test('Griwodz and Halvorsen: with fewer than four packets in flight losses wait for the timer, else fast retransmit repairs them', () => {
   const rows = rowsOf('published_thin_streams', (spec) => {
     Object.assign(spec, { repeats: 4, set: { duration_s: 300 } });
     keep(spec.axes[0], [2]);
@@ -95,7 +96,8 @@ test('Griwodz and Halvorsen: with fewer than four packets in flight losses wait 
   const RTT = 100,
     TIMER = 200,
     LOSS = 0.01;
-  /** Mean extra latency where a lost message is sent again after so long, and those behind it wait. @param {number} after @param {number} interval */
+  /** Mean extra latency where a lost message is sent again after so long, and those behind it wait. @param {number} after
+   * @param {number} interval */
   const extraOf = (after, interval) => {
     const waiting = Math.ceil(after / interval);
     return LOSS * (waiting * after - (interval * waiting * (waiting - 1)) / 2);

@@ -43,7 +43,8 @@ record = [line.rsplit(",", 2) for line in archive.read("laglab-0.2.0.dist-info/R
 assert sorted(name for name, _, _ in record) == sorted(archive.namelist())
 for name, digest, size in record[:-1]:
     data = archive.read(name)
-    assert int(size) == len(data) and digest == "sha256=" + base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode(), name
+    hashed = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+    assert int(size) == len(data) and digest == "sha256=" + hashed, name
 sys.path.insert(0, sys.argv[1])
 import laglab
 assert laglab.__file__.startswith(sys.argv[1])

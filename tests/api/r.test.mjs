@@ -1,4 +1,5 @@
-// The example in R: it reads the runs of an experiment and fits a model. The same model by numpy and scipy has the same estimates and intervals.
+// The example in R: it reads the runs of an experiment and fits a model. The same model by numpy and scipy has the same estimates and
+// intervals.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';

@@ -1,5 +1,6 @@
-// A netgame recovers from its network, seen from outside: random outages compared with an undisturbed twin, clean links that predict without
-// an error, waits that add up, and an adviser that draws the right conclusion. Cases are drawn from seeds, so that a failure can be had again.
+// A netgame recovers from its network, seen from outside: random outages compared with an undisturbed twin, clean links that predict
+// without an error, waits that add up, and an adviser that draws the right conclusion. Cases are drawn from seeds, so that a failure can be
+// had again.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';

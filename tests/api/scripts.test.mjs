@@ -1,4 +1,5 @@
-// The scripts of the race and of the demo's game, written a second time from docs/concepts.md and docs/links.md alone, against what the program records.
+// The scripts of the race and of the demo's game, written a second time from docs/concepts.md and docs/links.md alone, against what the
+// program records.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync } from 'node:child_process';
@@ -35,7 +36,8 @@ const D = (seed, player, purpose, n) => draw(BigInt(seed), 0x7363726970740000n +
 
 const MS = 1000000;
 
-/** By walking from the first slot on. @param {number} seed @param {number} player @param {number} t ns @param {number} mean ms @param {number} spread ms */
+/** By walking from the first slot on. @param {number} seed @param {number} player @param {number} t ns @param {number} mean ms
+ * @param {number} spread ms */
 function slot(seed, player, t, mean, spread) {
   const at = t + Number(D(seed, player, 0, 0) % BigInt(mean * MS));
   let begin = 0;

@@ -34,7 +34,8 @@ function laglab(args, wish = {}) {
   return result;
 }
 
-/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, messages?: RegExp}} [wish] messages: text on standard error */
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>,
+ * messages?: RegExp}} [wish] messages: text on standard error */
 function good(args, wish) {
   const result = laglab(args, wish);
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
@@ -699,7 +700,7 @@ test('advise answers with a setting that holds, and its evidence', () => {
   assert.ok(vary.nearest.error > 1e-30);
 });
 
-test('traces are those of the runs alone, end where a run was stopped or before it diverged, and are the same for any number of jobs', () => {
+test('traces are those of the runs alone, end where a run was stopped or before it diverged, the same for any number of jobs', () => {
   const order = {
     scenario: 'race',
     set: { duration_s: 3 },

@@ -104,7 +104,8 @@ test('events are each there once: corrections, packets and their fates as the me
 test('Parquet has the same rows as JSON lines', async () => {
   const connection = await (await DuckDBInstance.create(':memory:')).connect();
   const reader = await connection.runAndReadAll(
-    `SELECT count(*)::INTEGER, sum(x_m), sum(age_ms), count(DISTINCT flags)::INTEGER, max(session_tick)::INTEGER FROM '${at('drawn.parquet')}'`,
+    `SELECT count(*)::INTEGER, sum(x_m), sum(age_ms), count(DISTINCT flags)::INTEGER, max(session_tick)::INTEGER
+     FROM '${at('drawn.parquet')}'`,
   );
   const rows = ndjson('drawn.ndjson'),
     sum = (/** @type {string} */ name) => rows.reduce((all, row) => all + (row[name] ?? 0), 0);

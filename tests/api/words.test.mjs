@@ -1,5 +1,5 @@
-// The page's words: each language names every parameter of every kind, every choice and stream field of a netgame, and every metric, and each name
-// is short enough.
+// The page's words: each language names every parameter of every kind, every choice and stream field of a netgame, and every metric, and
+// each name is short enough.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -18,8 +18,9 @@ const LABS = ['motion', 'rigid', 'fluid'];
 const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack', 'swarm'];
 
 /** @typedef {{label: string, tip: string}} Entry */
-/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>, records: Record<string, Entry>, choices: Record<string, string>,
- *   labs: Record<string, Record<string, Entry>>, inputs: Record<string, Record<string, Entry>>, lesson: Record<string, string>, compare: Record<string, string>}} Words */
+/** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>,
+ * records: Record<string, Entry>, choices: Record<string, string>, labs: Record<string, Record<string, Entry>>, inputs: Record<string,
+ * Record<string, Entry>>, lesson: Record<string, string>, compare: Record<string, string>}} Words */
 
 /** @type {Record<string, Words>} */
 const words = Object.fromEntries(

@@ -37,7 +37,8 @@ function place(name) {
   return at;
 }
 
-/** A command with values for what it leaves open; nothing may stay open. @param {string} template @param {RegExp} hole @param {Record<string, string | number>} values */
+/** A command with values for what it leaves open; nothing may stay open. @param {string} template @param {RegExp} hole
+ * @param {Record<string, string | number>} values */
 function filled(template, hole, values) {
   return template.replace(hole, (_, name) => {
     assert.ok(name in values, `${template}: ${name}`);

@@ -7,10 +7,11 @@ export { launchWebKit, missing as missingWebKit } from './webdriver.mjs';
 
 /**
  * A page of its own in a browser: functions run in the page, clicks and keys are a person's.
- * @typedef {{complaints: () => Promise<string[]>, go: (url: string) => Promise<unknown>, evaluate: (what: Function | string, arg?: any) => Promise<any>,
- *  click: (find: Function, arg?: any) => Promise<void>, press: (key: string) => Promise<unknown>, down: (key: string) => Promise<unknown>,
- *  up: (key: string) => Promise<unknown>, screenshot: () => Promise<Buffer>, close: () => Promise<void>}} Visitor
- * @typedef {{name: string, visit: (url: string, size: {width: number, height: number}) => Promise<Visitor>, close: () => Promise<void>}} Browser
+ * @typedef {{complaints: () => Promise<string[]>, go: (url: string) => Promise<unknown>, evaluate: (what: Function | string, arg?: any) =>
+ * Promise<any>, click: (find: Function, arg?: any) => Promise<void>, press: (key: string) => Promise<unknown>, down: (key: string) =>
+ * Promise<unknown>, up: (key: string) => Promise<unknown>, screenshot: () => Promise<Buffer>, close: () => Promise<void>}} Visitor
+ * @typedef {{name: string, visit: (url: string, size: {width: number, height: number}) => Promise<Visitor>,
+ * close: () => Promise<void>}} Browser
  */
 
 const FIREFOX = '/usr/bin/firefox-esr';

@@ -25,7 +25,8 @@ const LABS = [
   { at: '?scenario=fluid/cylinder', views: '#fluid', charts: '#plot0, #plot1', count: 2 },
 ];
 
-/** Until the function gives a true value in the page, and gives it. @param {Visitor} visitor @param {Function | string} test_ @param {any} arg @param {string} what */
+/** Until the function gives a true value in the page, and gives it. @param {Visitor} visitor @param {Function | string} test_
+ * @param {any} arg @param {string} what */
 async function seen(visitor, test_, arg, what) {
   const end = Date.now() + LATE_MS;
   for (;;) {
@@ -129,7 +130,10 @@ export function journeys(launch, missing = '') {
       ])) {
         const now = await seen(
           visitor,
-          `(at) => { const [selector, least] = at; const now = (${painted})(selector); return now.count >= least && now.colours > 3 && now; }`,
+          `([selector, least]) => {
+            const now = (${painted})(selector);
+            return now.count >= least && now.colours > 3 && now;
+          }`,
           [selector, least],
           `${what}, ${selector}, are drawn`,
         );

@@ -1,5 +1,5 @@
-// WebKit by classic WebDriver (W3C): Debian's WebKitWebDriver steers a MiniBrowser of webkit2gtk, in a display in memory. A driver has one session,
-// so each visitor has a driver of its own.
+// WebKit by classic WebDriver (W3C): Debian's WebKitWebDriver steers a MiniBrowser of webkit2gtk, in a display in memory. A driver has one
+// session, so each visitor has a driver of its own.
 import { spawn } from 'node:child_process';
 import { existsSync, mkdtempSync, readdirSync, rmSync } from 'node:fs';
 import { createServer } from 'node:net';
@@ -98,7 +98,8 @@ export async function launchWebKit() {
   };
 }
 
-/** @param {string} screen @param {string} url @param {{width: number, height: number}} size @returns {Promise<import('./browsers.mjs').Visitor>} */
+/** @param {string} screen @param {string} url @param {{width: number, height: number}} size
+ * @returns {Promise<import('./browsers.mjs').Visitor>} */
 async function visit(screen, url, { width, height }) {
   const port = await freePort(),
     home = mkdtempSync(path.join(tmpdir(), 'laglab-webkit-'));

@@ -30,8 +30,8 @@ const total = (parts) => {
 const moves = (list) => list.filter(({ name }) => name).filter(({ name }, i, named) => i > 0 && name !== named[i - 1].name).length;
 
 /**
- * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number, seed?: number,
- *   fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number,
+ * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number,
+ * seed?: number, fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number,
  *   twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
  * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at
  * the beginning. `steady_s`: after a fault, until

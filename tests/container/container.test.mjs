@@ -1,5 +1,6 @@
-// The image, run by the lines of docs/deploy.md: what it may not do, every format of results from it, its health, its bill of materials, and its end.
-// `./dev container-test` builds it, and runs this where podman may work: `docker` of the page is podman here, on a network of its own.
+// The image, run by the lines of docs/deploy.md: what it may not do, every format of results from it, its health, its bill of materials,
+// and its end. `./dev container-test` builds it, and runs this where podman may work: `docker` of the page is podman here, on a network of
+// its own.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';

@@ -1,5 +1,5 @@
-// Counts the instructions that canonical runs execute, by valgrind: the same number each time, on a busy machine too. What starting costs cancels
-// out: each run is made with two lengths, and the difference is divided by the steps between them.
+// Counts the instructions that canonical runs execute, by valgrind: the same number each time, on a busy machine too. What starting costs
+// cancels out: each run is made with two lengths, and the difference is divided by the steps between them.
 //   node tests/cost/cost.mjs                        prints committed and present counts
 //   node tests/cost/cost.mjs --update CASE "WHY"    commits the present count of a case (all: every one)
 import { execFile } from 'node:child_process';

@@ -1,4 +1,5 @@
-// A class outlives the daemon: after kill -9 or SIGTERM and a start with the same folder, code, keys, seats, votes, phase and board are there.
+// A class outlives the daemon: after kill -9 or SIGTERM and a start with the same folder, code, keys, seats, votes, phase and board are
+// there.
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -56,8 +57,9 @@ async function open(c) {
   return { id, code, key, at, player, watcher, copier };
 }
 
+const SIGNALS = { kill: 'kill -9', stop: 'SIGTERM' };
 for (const how of ['kill', 'stop'])
-  test(`after ${how === 'kill' ? 'kill -9' : 'SIGTERM'} the class goes on: code, phase, question, votes, seat, copy and keys`, async (t) => {
+  test(`after ${SIGNALS[how]} the class goes on: code, phase, question, votes, seat, copy and keys`, async (t) => {
     const { start } = place(t);
     const first = await start(),
       room = await open(first.c),

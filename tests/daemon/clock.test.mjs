@@ -1,5 +1,6 @@
-// The machine's date jumps, by hours and days, back and forth: sessions keep their pace, streams their frames, limits their rates, and nothing
-// expires that was just used. Only the wall clock jumps, as it does when it is set: a preloaded library (tests/lib/date.c) adds to it.
+// The machine's date jumps, by hours and days, back and forth: sessions keep their pace, streams their frames, limits their rates, and
+// nothing expires that was just used. Only the wall clock jumps, as it does when it is set: a preloaded library (tests/lib/date.c) adds to
+// it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';

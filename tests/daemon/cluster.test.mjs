@@ -12,8 +12,8 @@ import { noCluster } from '../cluster/rig.mjs';
 const LEASE_S = 3,
   HZ = 20;
 const KINDS = ['killed', 'database crashed', 'frozen beyond its lease', 'proxy restarted', 'cut off beyond its lease', 'clock wrong'];
-/** Seconds without frames that a viewer may have, by kind. A daemon that has just claimed a session keeps it for 5 s: a viewer that the proxy
- * sends to another one may wait as long, then tries again. */
+/** Seconds without frames that a viewer may have, by kind. A daemon that has just claimed a session keeps it for 5 s: a viewer that the
+ * proxy sends to another one may wait as long, then tries again. */
 const MOST_S = { undisturbed: 2, 'database crashed': 2 },
   OTHER_S = LEASE_S + 8;
 

@@ -1,4 +1,5 @@
-// What a busy time needed is not kept after it: of the memory that the C library holds for the daemon, little is free once the sessions are gone.
+// What a busy time needed is not kept after it: of the memory that the C library holds for the daemon, little is free once the sessions are
+// gone.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { client, pause } from '../lib/client.mjs';

@@ -20,7 +20,8 @@ describe('upgrades', { concurrency: names.length }, () => {
       const proxy = await startProxy(name, daemon.port);
       t.after(() => proxy.stop());
       const before = await bridged(daemon.url);
-      /* Only those on kept connections count: the test is about them. A proxy that finds no idle connection opens another, so a few more may be needed. */
+      // Only those on kept connections count: the test is about them. A proxy that finds no idle connection opens another, so a few more
+      // may be needed.
       let kept = 0;
       for (let round = 0; kept < COUNT && round < 3; round++) {
         const { ok, failures } = await upgradesOnKept(proxy.url, session, COUNT - kept);

@@ -1,6 +1,7 @@
-// A public server, set up by the commands of docs/deploy.md and nothing else, behind nginx and behind HAProxy with TLS: what a visitor without a
-// key, the class and the operator can do with it. It runs in namespaces of its own: /etc, /opt and /var are laid over, the network has nothing but itself.
-// systemd does not run there: a stand-in for systemctl starts what the unit's lines say, as the unit's user.
+// A public server, set up by the commands of docs/deploy.md and nothing else, behind nginx and behind HAProxy with TLS: what a visitor
+// without a key, the class and the operator can do with it. It runs in namespaces of its own: /etc, /opt and /var are laid over, the
+// network has nothing but itself. systemd does not run there: a stand-in for systemctl starts what the unit's lines say, as the unit's
+// user.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
@@ -106,9 +107,17 @@ cat session.json
 mark visitor
 node ${path.join(ROOT, 'tests/lib/visitor.mjs')} https://${NAME} session.json
 mark forged
-for i in 1 2 3 4; do curl -s -o /dev/null -w '%{http_code} ' --interface 127.0.0.2 -H "X-Forwarded-For: 10.9.8.$i" -H "Authorization: Bearer wrong-key-$i-of-some-length" $U/sessions; done
+for i in 1 2 3 4; do
+  curl -s -o /dev/null -w '%{http_code} ' --interface 127.0.0.2 -H "X-Forwarded-For: 10.9.8.$i" \\
+    -H "Authorization: Bearer wrong-key-$i-of-some-length" $U/sessions
+done
 mark limits
-seq 300 | while read i; do code=$(curl -s -o /dev/null -w '%{http_code}' --interface 127.0.0.3 -H "X-Forwarded-For: 10.1.1.$i" -H 'Authorization: Bearer another-wrong-key-1' $U/sessions); echo $code; [ $code != 429 ] || break; done
+seq 300 | while read i; do
+  code=$(curl -s -o /dev/null -w '%{http_code}' --interface 127.0.0.3 -H "X-Forwarded-For: 10.1.1.$i" \\
+    -H 'Authorization: Bearer another-wrong-key-1' $U/sessions)
+  echo $code
+  [ $code != 429 ] || break
+done
 mark neighbour
 curl -s -o /dev/null -w '%{http_code}' --interface 127.0.0.4 -H 'Authorization: Bearer another-wrong-key-1' $U/sessions
 mark name

@@ -195,7 +195,17 @@ test('behind a trusted proxy each client has its own quota; untrusted ones canno
         });
         socket.on('close', () => resolve(text));
         socket.write(
-          `POST ${S} HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 192.0.2.45\r\nX-Forwarded-For: 203.0.113.7\r\nContent-Type: application/json\r\nContent-Length: ${body.length}\r\nConnection: close\r\n\r\n${body}`,
+          [
+            `POST ${S} HTTP/1.1`,
+            'Host: localhost',
+            'X-Forwarded-For: 192.0.2.45',
+            'X-Forwarded-For: 203.0.113.7',
+            'Content-Type: application/json',
+            `Content-Length: ${body.length}`,
+            'Connection: close',
+            '',
+            body,
+          ].join('\r\n'),
         );
       });
       assert.match(/** @type {string} */ (two), /^HTTP\/1\.1 429 /, 'of two headers the last counts');

@@ -36,7 +36,7 @@ function startStore(t, folder) {
   return execFileSync(POSTGRES, ['start', server], { encoding: 'utf8' }).trim();
 }
 
-test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued and one killed meanwhile: every row once, and as in an undisturbed sweep`, {
+test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued and one killed: every row once, and as in an undisturbed sweep`, {
   skip: noSlurm() || false,
 }, async (t) => {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-slurm-'));

@@ -204,8 +204,13 @@ test('a database that another program locks', { skip: !has_python }, async (t) =
   const daemon = await start(t);
   const c = client(daemon.url),
     session = await c.make({ paused: true });
-  const script =
-    'import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1],isolation_level=None)\ndb.execute("BEGIN IMMEDIATE")\nprint("locked",flush=True)\nsys.stdin.read()';
+  const script = [
+    'import sqlite3,sys',
+    'db=sqlite3.connect(sys.argv[1],isolation_level=None)',
+    'db.execute("BEGIN IMMEDIATE")',
+    'print("locked",flush=True)',
+    'sys.stdin.read()',
+  ].join('\n');
   const locker = spawn('python3', ['-c', script, path.join(daemon.data, 'laglab.db')]);
   await new Promise((resolve) => locker.stdout.once('data', resolve));
   const refused = await c.patch(session, { 'players.0.lag_ms': 99 });
@@ -273,7 +278,8 @@ test('a damaged log affects only its own session', { skip: !has_python }, async 
     python(
       `import sqlite3,sys
 db=sqlite3.connect(sys.argv[1])
-db.execute("UPDATE log SET line='{\\"op\\":\\"set\\"' WHERE line_index=1 AND session=(SELECT number FROM sessions WHERE id=?)",(sys.argv[2],))
+half="UPDATE log SET line='{\\"op\\":\\"set\\"' WHERE line_index=1 AND session=(SELECT number FROM sessions WHERE id=?)"
+db.execute(half,(sys.argv[2],))
 db.commit()`,
       path.join(data, 'laglab.db'),
       bad.id,

@@ -1,5 +1,5 @@
-// A campaign of the fuzzers, which goes on where the last one ended: what was executed is added to bench/results/fuzz.csv, and what was found
-// is kept in build/fuzz-found/READER/.
+// A campaign of the fuzzers, which goes on where the last one ended: what was executed is added to bench/results/fuzz.csv, and what was
+// found is kept in build/fuzz-found/READER/.
 //   node tests/fuzz/campaign.mjs [--build=fuzz|fuzz-plain] [--runs=1e7] [--seconds=600] READER...   # in all, of earlier campaigns too
 //   node tests/fuzz/campaign.mjs --minimise READER...   # what covers more than tests/fuzz/corpus/READER goes there
 // The programs are made by: cmake --preset fuzz && cmake --build --preset fuzz --target tests_fuzz   (or fuzz-plain)

@@ -5,8 +5,8 @@ import { readFileSync } from 'node:fs';
 const run = (/** @type {string[]} */ [command, ...words]) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
 const ip = (/** @type {string[]} */ ...words) => run(['ip', ...words]);
 
-/** Needs root. `listen` and `before` are for startDaemon; `net` is the first three numbers of the addresses; `bytes` are those of both directions so
- * far, headers included. */
+/** Needs root. `listen` and `before` are for startDaemon; `net` is the first three numbers of the addresses; `bytes` are those of both
+ * directions so far, headers included. */
 export function openLan() {
   const name = `laglab-${process.pid}`,
     outer = `ll${process.pid}a`.slice(0, 15),

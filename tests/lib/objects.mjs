@@ -33,7 +33,10 @@ export function typeErrors(lists) {
       list
         .map((thing, k) => {
           const group = String(thing.apiVersion).includes('/') ? thing.apiVersion.replace('.k8s.io', '') : `core/${thing.apiVersion}`;
-          return `import type { ${thing.kind} as T${k} } from 'kubernetes-types/${group}';\nexport const o${k}: T${k} = ${JSON.stringify(thing)};`;
+          return [
+            `import type { ${thing.kind} as T${k} } from 'kubernetes-types/${group}';`,
+            `export const o${k}: T${k} = ${JSON.stringify(thing)};`,
+          ].join('\n');
         })
         .join('\n'),
     ]),

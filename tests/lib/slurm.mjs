@@ -33,8 +33,8 @@ async function freePorts(/** @type {number} */ count) {
   return ports;
 }
 
-/** Nodes are this machine under several names; jobs are not confined, and nothing is accounted. What is requeued waits until its credential has
- * expired. */
+/** Nodes are this machine under several names; jobs are not confined, and nothing is accounted. What is requeued waits until its credential
+ * has expired. */
 function configuration(/** @type {string} */ folder, /** @type {string[]} */ nodes, /** @type {number[]} */ ports) {
   const host = hostname();
   return [

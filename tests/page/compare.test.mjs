@@ -1,4 +1,5 @@
-// Two runs of a netgame compared: a second session from the same start, one time for both, what differs by name, and the difference as a curve.
+// Two runs of a netgame compared: a second session from the same start, one time for both, what differs by name, and the difference as a
+// curve.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -60,8 +61,8 @@ async function change(page, run, value) {
   await computed(page);
 }
 
-/** A column of the trace of a session that begins with these settings, and its hash at tick 360. @param {Record<string, unknown>} set @param {string} column
- * @param {number} [end] s */
+/** A column of the trace of a session that begins with these settings, and its hash at tick 360. @param {Record<string, unknown>} set
+ * @param {string} column @param {number} [end] s */
 async function reference(set, column, end = 60) {
   const { body } = await api(daemon.url, 'sessions', { scenario: 'race', set, paused: true });
   await api(daemon.url, `sessions/${body.id}/control`, { op: 'seek', time_s: end }, body.owner_key);
@@ -107,7 +108,8 @@ test('the difference in words and numbers is that of two sessions made with the 
   await until(
     async () =>
       (await page.locator('#compare-sentence').textContent()) ===
-      `At 6.00 s, “A: Distance of the others” is ${metres(one[360])} in the first run and ${metres(other[360])} in the second, ${metres(gaps[360])} ${way}; ` +
+      `At 6.00 s, “A: Distance of the others” is ${metres(one[360])} in the first run and ${metres(other[360])} in the second, ` +
+        `${metres(gaps[360])} ${way}; ` +
         `over 60 s they differ by ${metres(gaps.reduce((a, b) => a + b) / gaps.length)} on average and by at most ${metres(most)}, ` +
         `at ${(gaps.indexOf(most) / 60).toFixed(2)} s.`,
     'the sentence',

@@ -1,4 +1,5 @@
-// Connections on the page: state in the view, players who are not connected, the list of events, messages of the connection; and values without a sample.
+// Connections on the page: state in the view, players who are not connected, the list of events, messages of the connection; and values
+// without a sample.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';

@@ -41,7 +41,8 @@ async function open(at, wish = {}) {
   return visited;
 }
 
-/** Controls that reach beyond the screen, and are not in something that scrolls sideways. @param {import('playwright-core').Page} page @returns {Promise<string[]>} */
+/** Controls that reach beyond the screen, and are not in something that scrolls sideways. @param {import('playwright-core').Page} page
+ * @returns {Promise<string[]>} */
 const outside = (page) =>
   page.evaluate(() =>
     [...document.querySelectorAll('button, input, select, a, h1, h2, h3, p, label')]

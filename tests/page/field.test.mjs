@@ -14,8 +14,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** How many pixels of a view have about this colour. @param {import('playwright-core').Page} page @param {number} view @param {string} name of a
- * custom property */
+/** How many pixels of a view have about this colour. @param {import('playwright-core').Page} page @param {number} view
+ * @param {string} name of a custom property */
 const painted = (page, view, name) =>
   page.evaluate(
     ([v, property]) => {

@@ -9,7 +9,8 @@ export const words = Object.fromEntries(
   ['en', 'de'].map((name) => [name, JSON.parse(readFileSync(path.join(WWW, `words/${name}.json`), 'utf8'))]),
 );
 
-/** Every text below a node by its place: plural forms, labels and tips each. @param {any} node @param {string} at @param {Map<string, string>} [found] */
+/** Every text below a node by its place: plural forms, labels and tips each. @param {any} node @param {string} at
+ * @param {Map<string, string>} [found] */
 function textsOf(node, at, found = new Map()) {
   if (typeof node === 'string') found.set(at, node);
   else for (const [key, value] of Object.entries(node)) textsOf(value, `${at}/${key}`, found);
@@ -40,7 +41,8 @@ const filledGerman = [...german.values()].filter((text) => HOLE.test(text)).map(
 /** Words that no German sentence has. */
 const ENGLISH = /\b(?:the|and|with|from|of|which|that|this|their|than|has|have|are|were|not|when|where|each|other)\b/i;
 
-/** @param {string} text @param {Set<string>} given texts of scenarios and of the daemon, which have one language @returns {string} why it is English; empty: it is not */
+/** @param {string} text @param {Set<string>} given texts of scenarios and of the daemon, which have one language
+ * @returns {string} why it is English; empty: it is not */
 export function englishIn(text, given) {
   const shown = plain(text);
   if (shown === '' || given.has(shown) || [...given].some((one) => one.length > 8 && shown.includes(one))) return '';

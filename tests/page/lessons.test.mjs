@@ -77,7 +77,7 @@ test('the first page has ten questions, the other lessons and all scenarios; it 
   await close();
 });
 
-test('one click opens a question, paused at its start; Back returns to the questions, Forward to it, without loading the page', async () => {
+test('one click opens a question, paused at its start; Back returns to the questions, Forward to it, in one page', async () => {
   const { page, complaints, close } = await door();
   await page.evaluate(() => {
     globalThis.same = true;

@@ -15,8 +15,8 @@ export const SIZES = [
   { name: '390x844', width: 390, height: 844, query: '' },
 ];
 
-/** Makes races show: each part of the page that is asked for after it has loaded comes that many ms late. A test that fails by it alone reads what is
- * not there yet, and would fail on a busy machine now and then. Budgets of time do not hold with it. */
+/** Makes races show: each part of the page that is asked for after it has loaded comes that many ms late. A test that fails by it alone
+ * reads what is not there yet, and would fail on a busy machine now and then. Budgets of time do not hold with it. */
 const SLOW_MS = Number(process.env.LAGLAB_PAGE_SLOW_MS ?? 0);
 
 /** @param {import('playwright-core').BrowserContext} context */
@@ -39,8 +39,8 @@ const WHOLE = '/usr/bin/chromium';
 /** The same engine without windows, twice as fast to load a page. */
 const HEADLESS = '/usr/bin/chromium-headless-shell';
 
-/** @param {{whole?: boolean, args?: string[]}} [wish] whole: Chromium as people have it, but drawing and network in its main process: two cores
- * have no room for more */
+/** @param {{whole?: boolean, args?: string[]}} [wish] whole: Chromium as people have it, but drawing and network in its main process: two
+ * cores have no room for more */
 export async function launch({ whole = false, args = [] } = {}) {
   const browser = await chromium.launch({
     executablePath: whole ? WHOLE : HEADLESS,
@@ -134,7 +134,8 @@ export const scrub = (page, time) =>
     element.dispatchEvent(new Event('change', { bubbles: true }));
   }, String(time));
 
-/** Polls until `test` gives a true value, and gives it. @template T @param {() => Promise<T>} test @param {string} what @param {number} [ms] */
+/** Polls until `test` gives a true value, and gives it. @template T @param {() => Promise<T>} test @param {string} what
+ * @param {number} [ms] */
 export async function until(test, what, ms = 5000) {
   const end = Date.now() + ms;
   for (;;) {
@@ -145,8 +146,8 @@ export async function until(test, what, ms = 5000) {
   }
 }
 
-/** Reads until the value is the expected one; else fails as `assert.deepEqual` does. For all that a page shows after an action: it may load or compute it
- * first. @param {() => Promise<any>} read @param {any} expected @param {string} [what] */
+/** Reads until the value is the expected one; else fails as `assert.deepEqual` does. For all that a page shows after an action: it may load
+ * or compute it first. @param {() => Promise<any>} read @param {any} expected @param {string} [what] */
 export async function settles(read, expected, what) {
   let last;
   const end = Date.now() + SETTLE_MS;
@@ -180,7 +181,8 @@ export async function dialogOf(page) {
   return dialog;
 }
 
-/** A control of the page by its parameter, in its panel. @param {import('playwright-core').Page} page @param {string} path @param {string} [type] */
+/** A control of the page by its parameter, in its panel. @param {import('playwright-core').Page} page @param {string} path
+ * @param {string} [type] */
 export function control(page, path, type = '') {
   return page.locator(`#app [data-path="${path}"]${type && `[type="${type}"]`}`).first();
 }
@@ -203,7 +205,8 @@ export async function axe(page) {
   );
 }
 
-/** Asks the daemon without the page. @param {string} base @param {string} path @param {any} [body] @param {string} [key] @param {string} [method] */
+/** Asks the daemon without the page. @param {string} base @param {string} path @param {any} [body] @param {string} [key]
+ * @param {string} [method] */
 export async function api(base, path, body, key, method) {
   const answer = await fetch(`${base}api/v1/${path}`, {
     method: method ?? (body === undefined ? 'GET' : 'POST'),

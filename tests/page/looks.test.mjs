@@ -1,4 +1,5 @@
-// What else would need eyes: A and B for those who see colours otherwise, the back row, lanes without overlap, and pages with nothing on them.
+// What else would need eyes: A and B for those who see colours otherwise, the back row, lanes without overlap, and pages with nothing on
+// them.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
@@ -101,8 +102,8 @@ test('without colour A and B have other letters in the views and other shapes in
 
 // ---- the back row, the lanes ----
 
-/** Loads the page again, and notes what is written and drawn on canvases: text with its size and box, in CSS px, and widths of lines. What is copied from
- * a canvas of its own is noted when that is made. @param {import('playwright-core').Page} page */
+/** Loads the page again, and notes what is written and drawn on canvases: text with its size and box, in CSS px, and widths of lines. What
+ * is copied from a canvas of its own is noted when that is made. @param {import('playwright-core').Page} page */
 async function hear(page) {
   await page.addInitScript(() => {
     const pen = CanvasRenderingContext2D.prototype,

@@ -231,7 +231,8 @@ test('every view works by keys, in dark and light and on a phone, and a point op
     await page.keyboard.press('Enter');
     assert.equal(
       await page.locator('#live').getAttribute('href'),
-      'http://127.0.0.1:8080/?scenario=race&set=duration_s:3&set=players.0.prediction:false&set=players.0.reconciliation:false&set=players.0.lag_ms:0&seed=1',
+      'http://127.0.0.1:8080/?scenario=race&set=duration_s:3' +
+        '&set=players.0.prediction:false&set=players.0.reconciliation:false&set=players.0.lag_ms:0&seed=1',
     );
     assert.match(
       await page.locator('#detail code').innerText(),

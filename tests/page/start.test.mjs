@@ -53,7 +53,8 @@ test('requests go to the daemon only', async () => {
 });
 
 /** What crosses the wire for an address that nothing is kept of, until something is shown and after it; heads included.
- * @param {string} at @param {string} shows a selector, or the name of a mark @returns {Promise<{early: number, requests: number, all: number}>} */
+ * @param {string} at @param {string} shows a selector, or the name of a mark
+ * @returns {Promise<{early: number, requests: number, all: number}>} */
 async function wire(at, shows) {
   const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
   const devtools = await context.newCDPSession(page);

@@ -109,7 +109,8 @@ test('another problem creates a new session', async () => {
   await close();
 });
 
-/** What is measured of each method: steps and errors. @param {import('playwright-core').Page} page @returns {Promise<Record<string, any[]>>} */
+/** What is measured of each method: steps and errors. @param {import('playwright-core').Page} page
+ * @returns {Promise<Record<string, any[]>>} */
 const measured = (page) => page.evaluate(() => globalThis.laglab().refinement);
 /** The order that the two finest steps of a series have. @param {{dt: number, error: number}[]} list */
 function orderOf(list) {
@@ -147,7 +148,7 @@ test('the first scene shows measured curves without a press, of the order that t
   await close();
 });
 
-test('a method or a parameter that changes drops its curve and gets its own; a step does not; nothing is measured out of view', async () => {
+test('a method or a parameter that changes drops its curve and gets its own; a step does not; only what is seen is measured', async () => {
   const { page, requests, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/spring`, { width: 390, height: 844 });
   await page.waitForTimeout(1500);
   const asked = () => requests.filter((one) => one.method() === 'DELETE').length;

@@ -1,4 +1,5 @@
-// Longer texts and another script: nothing overlaps, nothing leaves the page. `?stringTest=` changes every text of the page (www/js/base/string_test.js).
+// Longer texts and another script: nothing overlaps, nothing leaves the page. `?stringTest=` changes every text of the page
+// (www/js/base/string_test.js).
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
@@ -20,7 +21,8 @@ after(async () => {
 
 const PLACES = ['', '#race', '#step', '#collide', '#fluid', '#experiments', '#lesson=late_answer'];
 
-/** What is wrong with the layout: the page goes sideways, or two controls lie on each other. @param {import('playwright-core').Page} page @returns {Promise<string[]>} */
+/** What is wrong with the layout: the page goes sideways, or two controls lie on each other. @param {import('playwright-core').Page} page
+ * @returns {Promise<string[]>} */
 const faults = (page) =>
   page.evaluate(() => {
     const found = [];

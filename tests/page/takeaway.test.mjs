@@ -17,7 +17,8 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'image' | 'data'} what @param {string} name */
+/** Presses a button that saves, and gives the file. @param {import('playwright-core').Page} page @param {'image' | 'data'} what
+ * @param {string} name */
 async function save(page, what, name) {
   const [download] = await Promise.all([
     page.waitForEvent('download', { timeout: 15000 }),
@@ -342,7 +343,8 @@ test('a course page that is named shows ?embed=1 in a frame: views, caption, pla
     const url = new URL(request.url ?? '/', 'http://course').searchParams.get('of') ?? '';
     response.setHeader('Content-Type', 'text/html');
     response.end(
-      `<!doctype html><html lang="en"><title>Course</title><h1>Course</h1><iframe title="laglab" width="800" height="480" src="${url}"></iframe>`,
+      `<!doctype html><html lang="en"><title>Course</title><h1>Course</h1>
+       <iframe title="laglab" width="800" height="480" src="${url}"></iframe>`,
     );
   });
   await new Promise((done) => {

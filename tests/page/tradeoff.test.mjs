@@ -1,4 +1,5 @@
-// Speed against error: from a lab and from the first page, measured, read by pointer, keys and table, opened as sessions, kept, in German on a phone.
+// Speed against error: from a lab and from the first page, measured, read by pointer, keys and table, opened as sessions, kept, in German
+// on a phone.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';

@@ -1,6 +1,7 @@
 // Checks what ARCHITECTURE.md, CONTRIBUTING.md and the README of each top room name: node tests/structure/guides.mjs ROOT
 //   1. Every file, folder and function in `backticks` exists. Those of build/ are there only after a build.
-//   2. ARCHITECTURE.md has every room of tests/structure/rooms.txt and page_rooms.txt; each README has every sub-room, or every header of a room without.
+//   2. ARCHITECTURE.md has every room of tests/structure/rooms.txt and page_rooms.txt; each README has every sub-room, or every header of a
+//      room without.
 //   3. A README has at most 30 lines.
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';

@@ -17,7 +17,8 @@ const files = {
   'tests/structure/page_rooms.txt': 'base:\nshell: base\n',
   'www/js/base/one.js': '',
   'ARCHITECTURE.md':
-    '`base`, `game/race`, `www/js/base`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`, `build/written.json`\n```\n`src/in_a_block.c`\n```\n',
+    '`base`, `game/race`, `www/js/base`: `src/base/one.h`, `ll_NAME` in `src/game/NAME.c`, `build/written.json`\n' +
+    '```\n`src/in_a_block.c`\n```\n',
 };
 for (const [name, text] of Object.entries(files)) {
   mkdirSync(dirname(join(root, name)), { recursive: true });

@@ -11,7 +11,8 @@ import { checkPage } from './page.mjs';
 const files = {
   'src/game/games/games.h': '#define LL_GAMES(ROW) \\\n    ROW(chess) \\\n    ROW(go)\n\nint other;\n',
   'tests/structure/page_rooms.txt':
-    'base:\ndraw: base\nlabs/game/core: draw\nlabs/box: draw\nempty: base\nshell: labs/box gone\ngames: labs/game\ngenerated: base/rows.js\n',
+    'base:\ndraw: base\nlabs/game/core: draw\nlabs/box: draw\nempty: base\nshell: labs/box gone\n' +
+    'games: labs/game\ngenerated: base/rows.js\n',
   'www/js/base/fine.js': "import { html } from '../../vendor/lit-html.js';\nexport const cargo = '../shell/main.js';\n",
   'www/js/base/rows.js': `// chess\n${'\n'.repeat(600)}// the end\n`,
   'www/js/base/above.js': "import {\n  draw,\n} from '../draw/draw.js';\n",

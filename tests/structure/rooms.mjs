@@ -45,8 +45,8 @@ export function below(rooms, room) {
   return found;
 }
 
-/** The names of those that lie in circles, or null: the remainder after removing every room that points at no remaining one, and then the same
- * backwards. @param {[string, string[]][]} edges @returns {string[] | null} */
+/** The names of those that lie in circles, or null: the remainder after removing every room that points at no remaining one, and then the
+ * same backwards. @param {[string, string[]][]} edges @returns {string[] | null} */
 export function circle(edges) {
   const left = new Map(edges.map(([name, others]) => [name, new Set(others)]));
   for (let before = -1; before !== left.size; ) {

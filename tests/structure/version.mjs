@@ -21,7 +21,8 @@ function read() {
   let counts = false;
   for (const line of deps.stdout.split('\n')) {
     const object = /^CMakeFiles\/laglab(?:_engine|_experiment|_daemon|_cli)?\.dir\/(.+)\.o: #deps/.exec(line);
-    if (line.includes(': #deps')) counts = object !== null && existsSync(path.join(root, object[1])); // ninja remembers objects of files that are gone
+    // ninja remembers objects of files that are gone
+    if (line.includes(': #deps')) counts = object !== null && existsSync(path.join(root, object[1]));
     const name = path.relative(root, path.resolve(build, line.trim()));
     if (counts && line.startsWith(' ') && !name.startsWith('..') && !path.resolve(root, name).startsWith(build)) found.add(name);
   }

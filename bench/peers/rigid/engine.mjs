@@ -26,7 +26,8 @@ const cpu = () => {
   return (user + system) / 1e3;
 };
 
-/** @param {{add: Function, join: Function, remove: Function, step: Function, pose: Function}} engine bodies are counted from 0 as they are added */
+/** @param {{add: Function, join: Function, remove: Function, step: Function,
+ * pose: Function}} engine bodies are counted from 0 as they are added */
 export function runEngine(engine) {
   const gone = new Set();
   const happen = ({ removed, bodies, joints }) => {

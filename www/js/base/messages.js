@@ -1,5 +1,5 @@
-// What the daemon says, in the page's language: a table of www/words/messages, read when it is first needed; English is as it comes, with the names of
-// parameters in place of their paths.
+// What the daemon says, in the page's language: a table of www/words/messages, read when it is first needed; English is as it comes, with
+// the names of parameters in place of their paths.
 import { computed, effect, signal } from '../../vendor/signals-core.js';
 import { letter } from './format.js';
 import { insist } from './insist.js';

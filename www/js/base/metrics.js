@@ -1,6 +1,7 @@
 // What is measured of a run: the tables of GET metrics, which no session is needed for.
 
-/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rate?: boolean, rare?: boolean, tail?: 'long' | 'extreme', help: string, null?: string}} MetricRow */
+/** @typedef {{name: string, type: string, unit?: string, signed?: boolean, rate?: boolean, rare?: boolean, tail?: 'long' | 'extreme',
+ * help: string, null?: string}} MetricRow */
 /** @typedef {{path: string, also?: string, when?: string, help: string, metrics: MetricRow[]}} MetricTable */
 /** @typedef {{kinds: {kind: string, tables: MetricTable[]}[], common: MetricTable[]}} MetricTables */
 

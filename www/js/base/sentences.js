@@ -1,5 +1,6 @@
-// Sentences of the daemon in another language. Its API speaks English; a table has the sentence of each with {places} for what differs. What stands in
-// a place is said by the table as well, where it has that; a place n, m, k, l, i or j holds a number, `path` and `other` a parameter's path.
+// Sentences of the daemon in another language. Its API speaks English; a table has the sentence of each with {places} for what differs.
+// What stands in a place is said by the table as well, where it has that; a place n, m, k, l, i or j holds a number, `path` and `other` a
+// parameter's path.
 
 const PLACE = /\{(\w+)\}/;
 const NUMBER = /^[nmklij]$/;

@@ -4,7 +4,8 @@ import { computed, signal } from '../../vendor/signals-core.js';
 import { insist } from './insist.js';
 
 /** @typedef {'en' | 'de'} Language */
-/** A text with {name} for its values; with a number `n` also one text for each form of the plural. @typedef {string | {[form: string]: string}} Text */
+/** A text with {name} for its values; with a number `n` also one text for each form of the plural.
+ * @typedef {string | {[form: string]: string}} Text */
 /** @typedef {{label: string, tip: string}} Name  of a parameter or a metric; the tip is one line */
 /** What www/words has for a part: names by the parameter's path; of choices by that and the choice.
  * @typedef {{words: Record<string, Text>, params?: Record<string, Name>, metrics?: Record<string, Name>, choices?: Record<string, string>,
@@ -39,7 +40,8 @@ let wish = first();
 const wanted = new Set();
 /** @type {Map<string, Promise<Part>>} */
 const asked = new Map();
-/** What is shown. @type {import('@preact/signals-core').Signal<{language: Language, words: Record<string, Text>, parts: Record<string, Part>}>} */
+/** What is shown. @type {import('@preact/signals-core').Signal<{language: Language, words: Record<string, Text>,
+ * parts: Record<string, Part>}>} */
 const now = signal({ language: wish, words: {}, parts: {} });
 
 export const language = computed(() => now.value.language);
@@ -136,7 +138,8 @@ export function rich(key, values) {
     });
 }
 
-/** A place of the paper: its figures in the page's language, its sections by their titles. @param {string} paper @returns {{text: string, lang: string}} */
+/** A place of the paper: its figures in the page's language, its sections by their titles. @param {string} paper
+ * @returns {{text: string, lang: string}} */
 export function paperName(paper) {
   const n = /^Figure (\d+)$/.exec(paper)?.[1];
   return n === undefined ? { text: paper, lang: 'en' } : { text: t('base.figure', { n }), lang: language.value };
@@ -145,8 +148,8 @@ export function paperName(paper) {
 /** Whether there are words for a key. @param {string} key */
 export const has = (key) => now.value.words[key] !== undefined;
 
-/** What a table of the parts of a kind has: of netgames there are several. @template {'params' | 'metrics' | 'choices'} T @param {string} kind
- * @param {T} table @param {string} path @returns {NonNullable<Part[T]>[string] | undefined} */
+/** What a table of the parts of a kind has: of netgames there are several. @template {'params' | 'metrics' | 'choices'} T
+ * @param {string} kind @param {T} table @param {string} path @returns {NonNullable<Part[T]>[string] | undefined} */
 export function nameOf(kind, table, path) {
   for (const [name, part] of Object.entries(now.value.parts))
     if ((name === kind || name.startsWith(`${kind}_`)) && part[table]?.[path]) return /** @type {any} */ (part[table][path]);

@@ -14,14 +14,15 @@ export function ballot(vote) {
   const question = now.value?.question ?? null;
   if (!isOpen() || question === null) return nothing;
   const lesson = lessonOf(question.lesson),
-    mine = me.value?.choice ?? -1;
+    mine = me.value?.choice ?? -1,
+    told = mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) });
   return html`<section class="ask" aria-label=${t('class.question')}><fieldset class="answers"><legend>${questionOf(lesson)}</legend>
     ${Array.from(
       { length: question.choices },
       (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
       @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
     )}</fieldset>
-    <p role="status">${mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) })} ${t('class.may_change')}</p></section>`;
+    <p role="status">${told} ${t('class.may_change')}</p></section>`;
 }
 
 /** In one sentence, for who does not see the bars. @param {number[]} tally @param {(choice: number) => string} name */
@@ -32,6 +33,10 @@ function sentence(tally, name) {
   const first = tally.flatMap((votes, i) => (votes === most ? [name(i)] : []));
   return t('class.tally', { most, all, choices: first.join(t('class.as_many')) });
 }
+
+/** @param {number} share % */
+const bar = (share) =>
+  html`<svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">${svg`<rect width=${share} height="10"></rect>`}</svg>`;
 
 /** Bars of the votes; the right choice is marked only when it is explained. @returns {Template | typeof nothing} */
 export function results() {
@@ -44,10 +49,12 @@ export function results() {
       tally.reduce((a, b) => a + b, 0),
     ),
     explained = state.phase === 'explain';
+  const remark = (/** @type {number} */ i) =>
+    (me.value?.choice === i ? t('class.yours') : '') + (explained && lesson?.choices[i]?.right ? ` ${t('class.right')}` : '');
   return html`<section class="tally" aria-label=${t('class.votes')}><p role="status">${sentence(tally, (i) => choiceOf(lesson, i))}</p>
     <ol>${tally.map(
       (votes, i) => html`<li><span>${choiceOf(lesson, i)}</span>
-      <svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">${svg`<rect width=${(100 * votes) / all} height="10"></rect>`}</svg>
-      <b>${votes}</b><span class="why">${me.value?.choice === i ? t('class.yours') : ''}${explained && lesson?.choices[i]?.right ? ` ${t('class.right')}` : ''}</span></li>`,
+      ${bar((100 * votes) / all)}
+      <b>${votes}</b><span class="why">${remark(i)}</span></li>`,
     )}</ol></section>`;
 }

@@ -58,7 +58,8 @@ function parts() {
 /** @param {(code: string) => void} find @returns {Template} */
 export function joinView(find) {
   const at = room.value;
-  return html`<main class="join"><h1>${at ? rich('class.named', { code: html`<span class="letters">${at.code}</span>` }) : t('class.join_one')}</h1>
+  const title = at ? rich('class.named', { code: html`<span class="letters">${at.code}</span>` }) : t('class.join_one');
+  return html`<main class="join"><h1>${title}</h1>
     ${at ? parts() : codeField(find)}
     <p id="class-answer" role="status" class="reason">${told.value}</p></main>`;
 }

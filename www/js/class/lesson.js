@@ -4,8 +4,8 @@ import { fixed } from '../base/format.js';
 import { digits, language, t } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
-/** As api/lesson.schema.json has it. @typedef {{title: Text, scenario: string, set: Record<string, unknown>, seed: number, stop_tick: number, speed: number,
- *   steps: {predict: Text}, choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
+/** As api/lesson.schema.json has it. @typedef {{title: Text, scenario: string, set: Record<string, unknown>, seed: number,
+ * stop_tick: number, speed: number, steps: {predict: Text}, choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
  *   numbers: Record<string, {value: number, digits: number}>}} Lesson */
 
 /** @type {import('@preact/signals-core').Signal<{id: string, title: Text, order: number}[]>} */

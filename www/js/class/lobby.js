@@ -15,9 +15,6 @@ import { language, rich, t } from '../base/words.js';
 const PHASES = ['predict', 'locked', 'run', 'stopped', 'explain', 'free'];
 const ending = signal(false);
 
-/** @param {Event} event */
-const valueOf = (event) => /** @type {HTMLSelectElement} */ (event.target).value;
-
 /** @returns {Template} */
 function phases() {
   const at = PHASES.indexOf(now.value?.phase ?? '');
@@ -27,30 +24,38 @@ function phases() {
   )}</div>`;
 }
 
+/** @param {string} label @param {(value: string) => void} put @param {unknown} options @returns {Template} */
+const choiceField = (label, put, options) => html`<label class="field"><span>${label}</span><select aria-label=${label}
+      @change=${(/** @type {Event} */ event) => put(/** @type {HTMLSelectElement} */ (event.target).value)}>${options}</select></label>`;
+
+/** How many choices a question has that is asked aloud. @returns {Template} */
+const choicesField = () =>
+  choiceField(
+    t('class.choices'),
+    (given) => {
+      choices.value = Number(given);
+    },
+    [2, 3, 4, 5, 6, 7, 8].map((n) => html`<option value=${n} .selected=${n === choices.value}>${n}</option>`),
+  );
+
 /** @returns {Template} */
 function question() {
   const lesson = now.value?.lesson ?? '';
-  return html`<label class="field"><span>${t('class.question')}</span><select aria-label=${t('class.question')} @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
-      <option value="" .selected=${lesson === ''}>${t('class.aloud')}</option>
-      ${lessons.value.map(({ id, title }) => html`<option value=${id} .selected=${id === lesson}>${title[language.value]}</option>`)}</select></label>
-    ${
-      lesson === ''
-        ? html`<label class="field"><span>${t('class.choices')}</span><select aria-label=${t('class.choices')} @change=${(
-            /** @type {Event} */ event,
-          ) => {
-            choices.value = Number(valueOf(event));
-          }}>${[2, 3, 4, 5, 6, 7, 8].map((n) => html`<option value=${n} .selected=${n === choices.value}>${n}</option>`)}</select></label>`
-        : nothing
-    }`;
+  const options = html`<option value="" .selected=${lesson === ''}>${t('class.aloud')}</option>
+      ${lessons.value.map(({ id, title }) => html`<option value=${id} .selected=${id === lesson}>${title[language.value]}</option>`)}`;
+  return html`${choiceField(t('class.question'), choose, options)}
+    ${lesson === '' ? choicesField() : nothing}`;
+}
+
+/** @param {'frozen' | 'together'} what @param {string} off key of what it does when it is pressed @param {string} on @returns {Template} */
+function pressed(what, off, on) {
+  const is = now.value?.[what] === true;
+  return html`<button type="button" aria-pressed=${is} @click=${() => set({ [what]: !is })}>${t(is ? on : off)}</button>`;
 }
 
 /** @returns {Template} */
-function everyone() {
-  const frozen = now.value?.frozen === true,
-    together = now.value?.together === true;
-  return html`<button type="button" aria-pressed=${frozen} @click=${() => set({ frozen: !frozen })}>${frozen ? t('class.unfreeze') : t('class.freeze')}</button>
-    <button type="button" aria-pressed=${together} @click=${() => set({ together: !together })}>${together ? t('class.release') : t('class.gather')}</button>`;
-}
+const everyone = () => html`${pressed('frozen', 'class.freeze', 'class.unfreeze')}
+    ${pressed('together', 'class.gather', 'class.release')}`;
 
 /** @returns {Template} */
 function ender() {
@@ -69,7 +74,8 @@ function ender() {
 /** @returns {Template} */
 const counts = () => {
   const { n = 0, votes = 0, copies = 0, question: asked = null } = now.value ?? {};
-  return html`<p class="counts"><span>${rich('class.joined', { n: html`<b>${n}</b>` })}</span>${asked ? html`<span>${rich('class.voted', { n: html`<b>${votes}</b>` })}</span>` : nothing}
+  const voted = () => html`<span>${rich('class.voted', { n: html`<b>${votes}</b>` })}</span>`;
+  return html`<p class="counts"><span>${rich('class.joined', { n: html`<b>${n}</b>` })}</span>${asked ? voted() : nothing}
     ${copies > 0 ? html`<span>${rich('class.copies', { n: copies, count: html`<b>${copies}</b>` })}</span>` : nothing}</p>`;
 };
 
@@ -97,6 +103,17 @@ function addresses() {
     .map((url) => html`<li>${hostOf(url)}/</li>`)}</ul>`;
 }
 
+/** The code in large type, which is read out as letters. @param {string} code @returns {Template} */
+const letters = (code) =>
+  html`<p class="letters" aria-label=${`${t('class.code')} ${[...code].join(' ')}`} role="img">${[...code].map(
+    (sign) => html`<span>${sign}</span>`,
+  )}</p>`;
+
+/** All that the teacher can do with the class. @returns {Template} */
+const steer = () =>
+  html`<section class="steer" aria-label=${t('class.controls')}>${phases()}${question()}${everyone()}${ender()}<span
+      class="phase">${t(`class.at.${now.value?.phase ?? ''}`)}</span></section>`;
+
 /** @returns {Template} */
 export function lobby() {
   const { code = '', urls = [], local = true } = room.value ?? {};
@@ -105,10 +122,10 @@ export function lobby() {
         shows.value = 'board';
       }}>${t('class.show_board')}</button></header>
     <div class="how"><div>${addresses()}<p class="step">${local ? t('class.code') : t('class.step_code')}</p>
-      <p class="letters" aria-label=${`${t('class.code')} ${[...code].join(' ')}`} role="img">${[...code].map((sign) => html`<span>${sign}</span>`)}</p>
+      ${letters(code)}
       ${seatList(now.value?.seats ?? [])}</div>
       <div>${local ? nothing : qr(urls[0] ?? '')}${counts()}</div></div>
-    <section class="steer" aria-label=${t('class.controls')}>${phases()}${question()}${everyone()}${ender()}<span class="phase">${t(`class.at.${now.value?.phase ?? ''}`)}</span></section>
+    ${steer()}
     ${results()}${remote()}
     <p role="status" class="reason">${told.value}</p></main>`;
 }
@@ -118,6 +135,7 @@ export function teacherStrip() {
   const toLobby = () => {
     shows.value = 'lobby';
   };
-  return html`<section class="strip" aria-label=${t('shell.class')}><h2>${rich('class.named', { code: html`<span class="letters">${room.value?.code}</span>` })}</h2>${counts()}
+  const code = html`<span class="letters">${room.value?.code}</span>`;
+  return html`<section class="strip" aria-label=${t('shell.class')}><h2>${rich('class.named', { code })}</h2>${counts()}
     ${phases()}${everyone()}<button type="button" @click=${toLobby}>${t('class.lobby')}</button></section>${results()}`;
 }

@@ -40,7 +40,8 @@ export async function join(role, player) {
   }
 }
 
-/** From now on this page is a member's. @param {string} token @param {import('./state.js').Member} member @param {'board' | 'copy'} first */
+/** From now on this page is a member's. @param {string} token @param {import('./state.js').Member} member
+ * @param {'board' | 'copy'} first */
 export function begin(token, { role, player, choice, copy }, first) {
   secret.value = token;
   me.value = { role, player, choice, copy };

@@ -17,7 +17,8 @@ function who() {
   if (shows.value === 'copy') return html`<p class="chip">${t('class.your_copy')}</p>`;
   if (mine?.role !== 'play' || mine.player === null) return html`<p class="chip">${t('class.you_watch')}</p>`;
   const seat = now.value?.seats.find(({ player }) => player === mine.player);
-  return html`<p class="chip" title=${seat ? networkOf(seat) : nothing}>${mark(mine.player)}${t('class.you_play', { player: letter(mine.player) })}</p>`;
+  const plays = t('class.you_play', { player: letter(mine.player) });
+  return html`<p class="chip" title=${seat ? networkOf(seat) : nothing}>${mark(mine.player)}${plays}</p>`;
 }
 
 /** @returns {Template} */
@@ -54,7 +55,8 @@ function state() {
 export function memberStrip() {
   const mine = me.value,
     seat = mine?.role === 'play' ? now.value?.seats.find(({ player }) => player === mine.player) : undefined;
-  return html`<header class="strip"><h1><span class="unseen">${t('shell.class')} </span><span class="letters">${room.value?.code}</span></h1>${who()}
+  const code = html`<span class="letters">${room.value?.code}</span>`;
+  return html`<header class="strip"><h1><span class="unseen">${t('shell.class')} </span>${code}</h1>${who()}
     <span class="network">${seat && shows.value === 'board' ? networkOf(seat) : nothing}</span>${ways()}</header>
     <div role="status">${state()}</div>${ballot(vote)}${results()}`;
 }

@@ -9,9 +9,10 @@ const MOST = 12; /* kept at a time */
 /** @type {Map<string, {canvas: HTMLCanvasElement | null, frame: unknown}>} */
 const kept = new Map();
 
-/** Draws at the top left of a view. What is new is drawn in place, and kept from the next frame on: a camera that moves shows nothing twice.
- * @param {Pen} pen @param {{width: number, height: number, frame: unknown}} at CSS px @param {string} key all that the drawing depends on, but
- * size, language and colours @param {(pen: Pen) => void} draw */
+/** Draws at the top left of a view. What is new is drawn in place, and kept from the next frame on: a camera that moves shows nothing
+ * twice.
+ * @param {Pen} pen @param {{width: number, height: number, frame: unknown}} at CSS px
+ * @param {string} key all that the drawing depends on, but size, language and colours @param {(pen: Pen) => void} draw */
 export function backdrop(pen, { width, height, frame }, key, draw) {
   const ratio = pen.getTransform().a;
   const whole = `${key}|${width}|${height}|${ratio}|${paletteVersion()}|${language.value}`;

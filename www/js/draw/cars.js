@@ -41,7 +41,8 @@ function at(pen, key, x, y, size, draw) {
   });
 }
 
-/** @param {Pen} to @param {Palette} colours @param {number} player @param {number} x @param {number} y @param {number} size px, its height */
+/** @param {Pen} to @param {Palette} colours @param {number} player @param {number} x @param {number} y
+ * @param {number} size px, its height */
 export function drawCar(to, colours, player, x, y, size) {
   const k = player % 8;
   at(to, `car ${player}`, x, y, size, (pen, scale) => {

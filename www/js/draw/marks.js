@@ -88,8 +88,8 @@ export function drawGhost(to, colours, player, x, y, size) {
 const widths = new Map();
 const MOST = 2000;
 
-/** Lets the browser measure what is new alone, which takes longer than drawing it. @param {Pen} pen @param {Palette} colours @param {string} text
- * @param {boolean} [bold] @returns {number} px */
+/** Lets the browser measure what is new alone, which takes longer than drawing it. @param {Pen} pen @param {Palette} colours
+ * @param {string} text @param {boolean} [bold] @returns {number} px */
 export function widthOf(pen, colours, text, bold = false) {
   const font = `${bold ? '700 ' : ''}${colours.text}px ${colours.font}`;
   let known = widths.get(font);

@@ -3,7 +3,8 @@
 export const redraw = { wanted: true };
 
 const BEAT_MS = 100,
-  BEAT_FRAMES = 6 /* what a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from */,
+  /** What a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from. */
+  BEAT_FRAMES = 6,
   LONGEST_MS = 500;
 let beats = 0,
   hurries = 0,
@@ -20,8 +21,8 @@ export function beat(now) {
   frames = 0;
 }
 
-/** For what is read, not watched: whether it is shown in this frame. All such things change in the same frames, so that the browser lays the page
- * out once. @param {number} ms about; a slow page has fewer such frames, but then the next one shows it
+/** For what is read, not watched: whether it is shown in this frame. All such things change in the same frames, so that the browser lays
+ * the page out once. @param {number} ms about; a slow page has fewer such frames, but then the next one shows it
  * @returns {(settled: boolean) => boolean} */
 export function paced(ms) {
   let last = -1,

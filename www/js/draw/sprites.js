@@ -9,8 +9,8 @@ const MOST = 600;
 /** Null for one that was seen once: a size that changes with every frame is not kept. @type {Map<string, HTMLCanvasElement | null>} */
 const kept = new Map();
 
-/** @param {number} reachX device px on each side @param {number} reachY @param {number} ratio @param {number} dx part of a pixel @param {number} dy
- * @param {(pen: Pen) => void} draw */
+/** @param {number} reachX device px on each side @param {number} reachY @param {number} ratio @param {number} dx part of a pixel
+ * @param {number} dy @param {(pen: Pen) => void} draw */
 function made(reachX, reachY, ratio, dx, dy, draw) {
   const canvas = Object.assign(document.createElement('canvas'), { width: 2 * reachX + 1, height: 2 * reachY + 1 });
   const pen = /** @type {Pen} */ (canvas.getContext('2d'));
@@ -19,8 +19,8 @@ function made(reachX, reachY, ratio, dx, dy, draw) {
   return canvas;
 }
 
-/** Draws something around a point. @param {Pen} pen @param {string} key all that it depends on, but colours and resolution @param {number} x px
- * @param {number} y @param {number} reachX px on each side of the point @param {number} reachY
+/** Draws something around a point. @param {Pen} pen @param {string} key all that it depends on, but colours and resolution
+ * @param {number} x px @param {number} y @param {number} reachX px on each side of the point @param {number} reachY
  * @param {(pen: Pen) => void} draw around the origin */
 export function stamp(pen, key, x, y, reachX, reachY, draw) {
   const { a: ratio, b, c, d, e, f } = pen.getTransform();

@@ -1,5 +1,5 @@
-// A canvas that fills its box, at no more than twice the CSS resolution. The size of a box, and whether it can be seen, come from observers: to ask
-// in a frame makes the browser lay the page out.
+// A canvas that fills its box, at no more than twice the CSS resolution. The size of a box, and whether it can be seen, come from
+// observers: to ask in a frame makes the browser lay the page out.
 import { hurry, touch } from './redraw.js';
 
 const DPR_MAX = 2;

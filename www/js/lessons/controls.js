@@ -38,7 +38,8 @@ function onChange(event) {
 function setting(path) {
   const owner = ownerOf(path);
   if (owner === '') return control(path);
-  return html`<div class="owned" role="group" aria-label=${owner.slice(0, -2)}><span class="owner" aria-hidden="true">${owner}</span>${control(path)}</div>`;
+  return html`<div class="owned" role="group" aria-label=${owner.slice(0, -2)}><span
+    class="owner" aria-hidden="true">${owner}</span>${control(path)}</div>`;
 }
 
 /** The settings of the step that is shown. @param {Lesson} of @returns {Template | typeof nothing} */

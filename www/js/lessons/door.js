@@ -12,7 +12,8 @@ import { file, language, ready, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./words.js').Text} Text */
-/** @typedef {{id: string, order: number, topic: string, title: Text, paper?: string, scenario: string, minutes: number, hooks: string[]}} Row */
+/** @typedef {{id: string, order: number, topic: string, title: Text, paper?: string, scenario: string, minutes: number,
+ * hooks: string[]}} Row */
 
 /** Of lessons/index.json, by their order. @type {import('@preact/signals-core').Signal<Row[]>} */
 const rows = signal([]);
@@ -39,8 +40,15 @@ const hrefOf = (row) => writeLesson({ id: row.id, step: 1, lang: lesson.value?.l
 
 /** @param {Row} row @returns {Template} */
 function card(row) {
-  return html`<li><a class="card" data-card=${row.id} href=${hrefOf(row)}>${drawingOf(row.id)}<span class="line"><span class="number">${row.order}</span>
+  return html`<li><a class="card" data-card=${row.id} href=${hrefOf(row)}>${drawingOf(row.id)}<span class="line"><span
+    class="number">${row.order}</span>
     <b>${row.title[language.value]}</b></span><small>${word('door.minutes', { n: row.minutes })}</small></a></li>`;
+}
+
+/** Where in the paper. @param {string} paper @returns {Template} */
+function inPaper(paper) {
+  const { text, lang } = paperName(paper);
+  return html`<span lang=${lang}>${text}</span>`;
 }
 
 /** The other lessons of a topic. @param {string} topic @returns {Template | typeof nothing} */
@@ -50,7 +58,7 @@ function others(topic) {
   return html`<section aria-labelledby=${`topic-${topic}`}><h3 id=${`topic-${topic}`}>${word(`topic.${topic}`)}</h3>
     <ul class="list">${list.map(
       (row) => html`<li><a href=${hrefOf(row)}>${row.title[language.value]}</a>
-        <small>${row.paper ? html`<span lang=${paperName(row.paper).lang}>${paperName(row.paper).text}</span> · ` : nothing}${word('door.minutes', { n: row.minutes })}</small></li>`,
+        <small>${row.paper ? html`${inPaper(row.paper)} · ` : nothing}${word('door.minutes', { n: row.minutes })}</small></li>`,
     )}</ul></section>`;
 }
 
@@ -65,8 +73,8 @@ function library() {
       if (list.length === 0) return nothing;
       return html`<section aria-labelledby=${`kind-${kind}`}><h3 id=${`kind-${kind}`}>${word(group)}</h3>
         <ul class="list">${list.map(
-          (row) =>
-            html`<li><a href=${`?scenario=${row.id}${colours}`}>${titleOf(row)}</a>${row.paper ? html` <small lang=${paperName(row.paper).lang}>${paperName(row.paper).text}</small>` : nothing}</li>`,
+          (row) => html`<li><a href=${`?scenario=${row.id}${colours}`}>${titleOf(row)}</a>
+          ${row.paper ? html`<small>${inPaper(row.paper)}</small>` : nothing}</li>`,
         )}</ul></section>`;
     })}</details>`;
 }

@@ -18,9 +18,8 @@ export const ready = styleSheet('lessons');
 /** The choice of the language. @returns {import('lit-html').TemplateResult} */
 export function languages() {
   return html`<div class="units languages" role="group" aria-label=${word('language')}>${LANGUAGES.map(
-    (
-      name,
-    ) => html`<button type="button" lang=${name} aria-pressed=${name === language.value} aria-label=${`${name.toUpperCase()}, ${word(`shell.language.${name}`)}`}
+    (name) => html`<button type="button" lang=${name} aria-pressed=${name === language.value}
+      aria-label=${`${name.toUpperCase()}, ${word(`shell.language.${name}`)}`}
       @click=${() => {
         if (lesson.value === null) return;
         lesson.value = { ...lesson.value, lang: name };

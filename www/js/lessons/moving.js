@@ -1,5 +1,5 @@
-// Cards that move: each plays a few seconds of its run, recorded by docs/cards.mjs, when it comes into view, and again as long as the pointer or
-// the keyboard is on it. Read after the list is drawn; not where motion is not wanted.
+// Cards that move: each plays a few seconds of its run, recorded by docs/cards.mjs, when it comes into view, and again as long as the
+// pointer or the keyboard is on it. Read after the list is drawn; not where motion is not wanted.
 import { file } from './words.js';
 
 /** Of each part of a drawing where it is: [x, y] or [x, y, degrees], at equal times. @typedef {Record<string, number[][]>} Parts */

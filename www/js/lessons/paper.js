@@ -62,7 +62,8 @@ function addressOf(of) {
 
 /** @param {Lesson} of @param {number} page @param {string} version @returns {Template} */
 const foot = (of, page, version) =>
-  html`<footer><span>${addressOf(of) || word('paper.address')}</span><span>${word('paper.seed', { seed: of.seed })} · ${version} · ${page}/2</span></footer>`;
+  html`<footer><span>${addressOf(of) || word('paper.address')}</span>
+    <span>${word('paper.seed', { seed: of.seed })} · ${version} · ${page}/2</span></footer>`;
 
 /** @param {Lesson} of @param {import('./steps.js').Choice} one @returns {string} */
 const labelOf = (of, one) => one.label?.[language.value] ?? amount(one.value, of.answer.unit);
@@ -70,7 +71,7 @@ const labelOf = (of, one) => one.label?.[language.value] ?? amount(one.value, of
 /** @param {Lesson} of @param {Image[]} images @param {string} version @returns {Template} */
 function pupils(of, images, version) {
   const at = addressOf(of),
-    blank = html`<tr><td></td><td></td><td></td></tr>`;
+    toFill = (/** @type {string} */ name) => html`<tr><td>${name}</td><td></td><td></td></tr>`;
   return html`<section class="a4"><header><div><p class="name">laglab · ${word('paper.name')} <i></i> ${word('paper.date')} <i></i></p>
       <h1>${of.title[language.value]}</h1><p class="ask">${textOf(of, 1)}</p></div>${at === '' ? nothing : qr(at)}</header>
     <h2>${word('steps.predict')}</h2><ul class="boxes">${of.choices.map((one) => html`<li><b></b>${labelOf(of, one)}</li>`)}</ul>
@@ -78,7 +79,7 @@ function pupils(of, images, version) {
     ${figure(images, word('paper.start'))}
     <h2>${word('steps.observe')}</h2><hr><hr>
     <table><thead><tr><th>${word('paper.setting')}</th><th>${word('paper.predicted')}</th><th>${word('paper.seen')}</th></tr></thead>
-      <tbody><tr><td>${word('paper.first')}</td><td></td><td></td></tr><tr><td>${word('steps.change')}</td><td></td><td></td></tr>${blank}${blank}</tbody></table>
+      <tbody>${[word('paper.first'), word('steps.change'), '', ''].map(toFill)}</tbody></table>
     <h2>${word('steps.explain')}</h2><hr><hr><hr>
     ${foot(of, 1, version)}</section>`;
 }
@@ -87,8 +88,11 @@ function pupils(of, images, version) {
 function teachers(of, images, version) {
   const right = of.choices.find((one) => one.right),
     answer = `${right?.label ? `${right.label[language.value]}: ` : ''}${amount(of.answer.value, of.answer.unit)}`;
-  return html`<section class="a4 teacher"><header><div><p class="name">laglab · ${word('paper.teacher')}</p><h1>${of.title[language.value]}</h1>
-      <p>${word('minutes')}: ${of.minutes} · ${word('age')}: ${of.age} · ${of.hooks.map((hook) => word(`hooks.${hook}`)).join(', ')}</p></div></header>
+  const hooks = of.hooks.map((hook) => word(`hooks.${hook}`)).join(', '),
+    amountOf = (/** @type {import('./steps.js').Answer} */ one) => amount(one.value, one.unit);
+  return html`<section class="a4 teacher"><header><div>
+      <p class="name">laglab · ${word('paper.teacher')}</p><h1>${of.title[language.value]}</h1>
+      <p>${word('minutes')}: ${of.minutes} · ${word('age')}: ${of.age} · ${hooks}</p></div></header>
     <p class="answer">${word('paper.answer')} <b>${answer}</b></p>
     ${figure(images, word('paper.stop', { tick: of.stop_tick }))}
     <h2>${word('steps.observe')}</h2><p>${textOf(of, 3)}</p>
@@ -96,10 +100,11 @@ function teachers(of, images, version) {
     ${of.erratum ? html`<p><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}
     <h2>${word('paper.choices')}</h2><table><tbody>${of.choices.map(
       (one) =>
-        html`<tr class=${one.right ? 'right' : ''}><th>${one.right ? '✓ ' : ''}${labelOf(of, one)}</th><td>${filled(one.why, of.numbers)}</td></tr>`,
+        html`<tr class=${one.right ? 'right' : ''}><th>${one.right ? '✓ ' : ''}${labelOf(of, one)}</th>
+          <td>${filled(one.why, of.numbers)}</td></tr>`,
     )}</tbody></table>
-    <h2>${word('steps.change')}</h2><p>${textOf(of, CHANGE)}</p><p>${word('change.before')}: <b>${amount(of.answer.value, of.answer.unit)}</b> ·
-      ${word('change.after')}: <b>${amount(of.change.answer.value, of.change.answer.unit)}</b></p>
+    <h2>${word('steps.change')}</h2><p>${textOf(of, CHANGE)}</p>
+    <p>${word('change.before')}: <b>${amountOf(of.answer)}</b> · ${word('change.after')}: <b>${amountOf(of.change.answer)}</b></p>
     ${
       of.misconceptions.length === 0
         ? nothing

@@ -75,15 +75,16 @@ function observe(of) {
     <button type="button" class="main" @click=${() => go(4)}>${word('steps.explain')}</button>`;
 }
 
+/** @param {import('./steps.js').Answer} one */
+const amountOf = ({ value, unit }) => amount(value, unit);
+
 /** @param {Lesson} of @returns {Template} */
 function explain(of) {
   const right = of.choices.find((one) => one.right),
     mine = of.choices[choice.value ?? SKIPPED] ?? right;
+  const label = right?.label ? `${right.label[language.value]} ` : '';
   return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
-      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${right?.label ? `${right.label[language.value]} ` : nothing}${amount(
-        of.answer.value,
-        of.answer.unit,
-      )}</dd></div></dl>
+      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${label}${amountOf(of.answer)}</dd></div></dl>
     ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
     <p>${textOf(of, 4)}</p>${highlighted()}
     ${of.erratum ? html`<p class="faint" id="erratum"><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}
@@ -93,8 +94,8 @@ function explain(of) {
 /** @param {Lesson} of @returns {Template} */
 function change(of) {
   return html`<p>${textOf(of, 5)}</p>
-    <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amount(of.answer.value, of.answer.unit)}</dd></div>
-      <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amount(of.change.answer.value, of.change.answer.unit)}</dd></div></dl>
+    <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amountOf(of.answer)}</dd></div>
+      <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amountOf(of.change.answer)}</dd></div></dl>
     ${settings(of)}
     <p class="faint">${word('change.seed', { seed: of.seed })}</p>
     ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
@@ -125,7 +126,8 @@ export function page(views) {
     ${
       now === null || !ready.value || !body
         ? html`<h2 id="lesson-step">${missing.value ? word('failed') : word('loading') || '…'}</h2>`
-        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>${body(now)}${step === CHANGE ? nothing : settings(now)}
+        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>
+          ${body(now)}${step === CHANGE ? nothing : settings(now)}
           ${lock(
             html`<button type="button" class="link" id="print" ?disabled=${printing.value} @click=${print}>${word('paper.print')}</button>`,
           )}`

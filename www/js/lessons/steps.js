@@ -14,10 +14,11 @@ import { file, filled, ready, word } from './words.js';
 /** @typedef {{value: number, unit: Text}} Answer */
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
- * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number, stop_tick: number,
- *   speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
+ * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number,
+ * stop_tick: number, speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
- *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number, hooks: string[], misconceptions: Text[]}} Lesson
+ *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
+ * hooks: string[], misconceptions: Text[]}} Lesson
  */
 
 /** @typedef {'predict' | 'run' | 'observe' | 'explain' | 'change'} StepName */

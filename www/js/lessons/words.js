@@ -30,7 +30,8 @@ export function amount(value, unit) {
   return `${digits(value, 0, 3)}${name === '°' ? '' : ' '}${name}`;
 }
 
-/** A text of a lesson, with its numbers. @param {Text} text @param {Record<string, {value: number, digits: number}>} numbers @returns {string} */
+/** A text of a lesson, with its numbers. @param {Text} text @param {Record<string, {value: number, digits: number}>} numbers
+ * @returns {string} */
 export const filled = (text, numbers) =>
   text[language.value].replace(PLACEHOLDER, (all, name) => {
     const number = numbers[name];

@@ -7,10 +7,12 @@
  *   run: () => void}} Key */
 /** What a dialog is about: `kind` says who shows it. @typedef {{kind: string, of?: any}} Dialog */
 
-/** A button in the head of the page, `name` is the key of its words: `/#ID` opens the same scenario. Scenarios of the games or kinds that it shows belong to it.
+/** A button in the head of the page, `name` is the key of its words: `/#ID` opens the same scenario. Scenarios of the games or kinds that
+ * it shows belong to it.
  * @typedef {{id: string, name: string, scenario: string, shows: string[]}} Tab */
 
-/** What happens too fast to be seen is shown slowly: between these times, s. @typedef {{speed: number, from_s: number, until_s: number}} Slow */
+/** What happens too fast to be seen is shown slowly: between these times, s.
+ * @typedef {{speed: number, from_s: number, until_s: number}} Slow */
 
 /** Experiments of a kind. A work-precision diagram has groups of axes, each with values that go together: a path and its values, all
  * choices where there are none; paths that a scenario lacks are left out. errors: metrics of the error, the best first; brief_s: what makes
@@ -55,13 +57,15 @@
  */
 
 /** What a chart shows. lines: how its columns are drawn
- * @typedef {{columns: {name: string, unit: string}[], rows: (number | string | boolean | null)[][], lines?: {name: string, colour: string, dash?: number[]}[]}} Table */
+ * @typedef {{columns: {name: string, unit: string}[], rows: (number | string | boolean | null)[][], lines?: {name: string, colour: string,
+ * dash?: number[]}[]}} Table */
 
 /** @typedef {Record<string, () => Table | null>} Tables */
 
-/** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that are
- * asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be changed;
- * reason: why nothing else may be changed; empty where it may; frozen: not even driven; board: this page is the teacher's, shown to a class.
+/** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that
+ * are asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be
+ * changed; reason: why nothing else may be changed; empty where it may; frozen: not even driven; board: this page is the teacher's, shown
+ * to a class.
  * @typedef {{at: string, hz: number, seat: number | null, reason: string, frozen: boolean, board?: boolean}} Place */
 
 export {};

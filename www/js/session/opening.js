@@ -4,7 +4,8 @@ import { Problem, call, make, socketOf } from '../base/api.js';
 import { readLink, readScenario } from '../base/link.js';
 import { t } from '../base/words.js';
 
-/** own: made from the query, not from #s=; note: key of the words of its message. @typedef {{id: string, key: string, own: boolean, note: string}} Opened */
+/** own: made from the query, not from #s=; note: key of the words of its message.
+ * @typedef {{id: string, key: string, own: boolean, note: string}} Opened */
 /** @typedef {import('../stream/connection.js').Line} Line */
 
 export const link = readLink(location.search, location.hash);

@@ -126,8 +126,9 @@ export function openLesson(at, step = false) {
   if (step) showAddress();
 }
 
-/** A session of the lesson's own, paused at its start. @param {string} scenario @param {Record<string, import('../base/link.js').Value>} set
- * @param {number} seed @param {number} speed @param {() => boolean} wanted asked when it is made: whether it is still to be shown */
+/** A session of the lesson's own, paused at its start. @param {string} scenario
+ * @param {Record<string, import('../base/link.js').Value>} set @param {number} seed @param {number} speed
+ * @param {() => boolean} wanted asked when it is made: whether it is still to be shown */
 export async function showForLesson(scenario, set, seed, speed, wanted) {
   Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
   const made = await create({ paused: true, speed }),

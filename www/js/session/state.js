@@ -41,11 +41,14 @@ export const experiment = signal(link.experiment);
 /** Speed against error is shown, where `experiment` is empty: what the address has for it; null: it is not.
  * @type {import('@preact/signals-core').Signal<string | null>} */
 export const tradeoff = signal(link.tradeoff);
-/** Where among the lessons the page is; null while a lab is shown. @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
+/** Where among the lessons the page is; null while a lab is shown.
+ * @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
 export const lesson = signal(link.lesson);
-/** What the lesson that is shown is about, from its second step on. @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */
+/** What the lesson that is shown is about, from its second step on.
+ * @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */
 export const look = signal(null);
-/** What a lesson's step leaves to be used, settings by path; null: everything. @type {import('@preact/signals-core').Signal<Set<string> | null>} */
+/** What a lesson's step leaves to be used, settings by path; null: everything.
+ * @type {import('@preact/signals-core').Signal<Set<string> | null>} */
 export const allowed = signal(null);
 /** Why a lesson holds time and settings; empty when it does not. */
 export const held = signal('');

@@ -42,33 +42,54 @@ function onScrub(event) {
   seek(value);
 }
 
+/** Again and again while it is held. @param {ReturnType<typeof hold>} of @param {string} name @param {string} key @param {Template} icon */
+const stepButton = (of, name, key, icon) => html`<button type="button" class="big" aria-label=${name} title=${`${name} ( ${key} )`}
+      ?disabled=${!may('time.step')} @click=${of.click}
+      @pointerdown=${of.down} @pointerup=${of.stop} @pointerleave=${of.stop}>${icon}</button>`;
+
 /** @returns {Template} */
-export function timeBar() {
-  const off = locked.value !== '';
-  const playing = status.value === 'playing';
-  const replay = status.value === 'ended',
+function playButton() {
+  const playing = status.value === 'playing',
+    replay = status.value === 'ended',
     label = playing ? t('shell.pause') : replay ? t('shell.replay') : t('shell.play');
-  const now = speed.value;
-  const speeds = SPEEDS.includes(now) ? SPEEDS : [...SPEEDS, now].sort((a, b) => a - b);
-  return html`<footer class="bar" title=${locked.value || nothing}>${held.value === '' ? nothing : html`<p class="held">${held.value}</p>`}
-    <fieldset ?disabled=${off}><legend class="unseen">${t('shell.time')}</legend>
-    <button type="button" class="big" aria-label=${t('shell.tick_back')} ?disabled=${!may('time.step')} title=${`${t('shell.tick_back')} ( , )`} @click=${back.click} @pointerdown=${back.down}
-      @pointerup=${back.stop} @pointerleave=${back.stop}>${icons.back}</button>
-    <button type="button" class="big play" id="play" ?disabled=${!may('time.play')} aria-label=${label} title=${`${label} (${t('shell.space')})`} @click=${() => playOrPause()}>
-      ${playing ? icons.pause : icons.play}${replay ? html`<span>${label}</span>` : nothing}</button>
-    <button type="button" class="big" aria-label=${t('shell.tick_forward')} ?disabled=${!may('time.step')} title=${`${t('shell.tick_forward')} ( . )`} @click=${forward.click}
-      @pointerdown=${forward.down} @pointerup=${forward.stop} @pointerleave=${forward.stop}>${icons.forward}</button>
-    <label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')} ?disabled=${!may('time.speed')}
+  return html`<button type="button" class="big play" id="play" aria-label=${label} title=${`${label} (${t('shell.space')})`}
+      ?disabled=${!may('time.play')} @click=${() => playOrPause()}>
+      ${playing ? icons.pause : icons.play}${replay ? html`<span>${label}</span>` : nothing}</button>`;
+}
+
+/** @returns {Template} */
+function speedChoice() {
+  const now = speed.value,
+    speeds = SPEEDS.includes(now) ? SPEEDS : [...SPEEDS, now].sort((a, b) => a - b);
+  return html`<label class="field choice speed"><span>${t('shell.speed')}</span><select aria-label=${t('shell.speed')}
+      ?disabled=${!may('time.speed')}
       @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${digits(s, 0, 7)}×</option>`)}</select></label>
-    <output class="slower" id="slower">${slower(now)}</output>
-    <input type="range" class="scrub" id="scrub" ?disabled=${!may('time.seek')} aria-label=${t('shell.time_s')} min="0" max="1" step="any" value="0" @input=${onScrub}
-      @change=${() => {
-        scrubbing = false;
-      }}>
+    <output class="slower" id="slower">${slower(now)}</output>`;
+}
+
+const onScrubbed = () => {
+  scrubbing = false;
+};
+const scrubber = () => html`<input type="range" class="scrub" id="scrub" ?disabled=${!may('time.seek')} aria-label=${t('shell.time_s')}
+      min="0" max="1" step="any" value="0" @input=${onScrub} @change=${onScrubbed}>`;
+
+/** @param {'restart' | 'reset'} name @param {string} keys @param {() => unknown} act */
+const beginning = (name, keys, act) => html`<button type="button" class=${name} title=${`${t(`shell.${name}_tip`)} (${keys})`}
+      ?disabled=${!may(`time.${name}`)} @click=${() => act()}>${t(`shell.${name}`)}</button>`;
+
+/** @returns {Template} */
+export function timeBar() {
+  return html`<footer class="bar" title=${locked.value || nothing}>${held.value === '' ? nothing : html`<p class="held">${held.value}</p>`}
+    <fieldset ?disabled=${locked.value !== ''}><legend class="unseen">${t('shell.time')}</legend>
+    ${stepButton(back, t('shell.tick_back'), ',', icons.back)}
+    ${playButton()}
+    ${stepButton(forward, t('shell.tick_forward'), '.', icons.forward)}
+    ${speedChoice()}
+    ${scrubber()}
     <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
-    <button type="button" class="restart" ?disabled=${!may('time.restart')} title=${`${t('shell.restart_tip')} (R)`} @click=${() => restart()}>${t('shell.restart')}</button>
-    <button type="button" class="reset" title=${`${t('shell.reset_tip')} (Alt + R)`} ?disabled=${!may('time.reset')} @click=${() => reset()}>${t('shell.reset')}</button>
+    ${beginning('restart', 'R', restart)}
+    ${beginning('reset', 'Alt + R', reset)}
     </fieldset>
     <button type="button" class="wide quiet big" id="present" aria-label=${t('shell.present')} title=${`${t('shell.present_tip')} (V)`}
       @click=${() => void toggle()}>${icons.present}</button>

@@ -33,12 +33,14 @@ function languageChoice() {
 
 /** @returns {Template} */
 function help() {
+  const onKeys = (/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked);
+  const themes = THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${t(`shell.theme.${name}`)}</option>`);
   return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
-      @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>${t('shell.single_keys')}</span></label>
+      @change=${onKeys}><span>${t('shell.single_keys')}</span></label>
     ${languageChoice()}
     <label class="field choice"><span>${t('shell.colours')}</span><select .value=${theme.value}
       @change=${(/** @type {Event} */ event) => setTheme(/** @type {HTMLSelectElement} */ (event.target).value)}>
-      ${THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${t(`shell.theme.${name}`)}</option>`)}</select></label>
+      ${themes}</select></label>
     <div class="columns"><table class="keys"><caption>${t('shell.keys')}</caption><tbody>${keys().map(keyRow)}</tbody></table>
     <div>${lab.value?.help?.() ?? nothing}</div></div>`;
 }

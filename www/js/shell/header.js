@@ -41,9 +41,11 @@ function chooser() {
           (row) => html`<option value=${row.id}
         .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
         )}</optgroup>`;
-  return html`<label class="field choice scenario"><span>${t('shell.scenario')}</span><select id="scenario" aria-label=${t('shell.scenario')}
+  const none = () => html`<option value="" selected disabled>${t(rows.length > 0 ? 'shell.not_library' : 'shell.loading')}</option>`;
+  return html`<label class="field choice scenario"><span>${t('shell.scenario')}</span><select id="scenario"
+    aria-label=${t('shell.scenario')}
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? t('shell.not_library') : t('shell.loading')}</option>` : nothing}
+    ${now === '' ? none() : nothing}
     ${labs.value.map((lab) => group(t(lab.group), kind(lab.kind)))}
     ${group(
       t('shell.figures'),
@@ -106,7 +108,8 @@ function state() {
   if (status.value === 'failed') return html`${SYMBOLS.lost}<span>${t('shell.stopped', { why: failure.value })}</span>`;
   if (status.value === 'ended') return html`${SYMBOLS.ended}<span>${t('session.ended')}</span>`;
   if (behind.value) {
-    return html`${SYMBOLS.replay}<span>${status.value === 'paused' ? t('shell.paused_at') : t('session.replaying')} <span id="replayed"></span></span>
+    const at = t(status.value === 'paused' ? 'shell.paused_at' : 'session.replaying');
+    return html`${SYMBOLS.replay}<span>${at} <span id="replayed"></span></span>
       ${readOnly.value ? nothing : html`<button type="button" class="small" @click=${() => backToLive()}>${t('shell.to_live')}</button>`}`;
   }
   return status.value === 'paused'
@@ -122,6 +125,8 @@ function pace() {
 }
 
 const openClass = () => part(() => import('../class/room.js')).then((room) => room.teach());
+const classButton = () =>
+  html`<button type="button" class="share" title=${t('shell.class_tip')} @click=${openClass}>${t('shell.class')}</button>`;
 
 /** @returns {Template} */
 export function header() {
@@ -140,7 +145,7 @@ export function header() {
       @click=${() => fork()}>${t('shell.copy')}</button></div>`
         : nothing
     }
-    ${place.value.at === '' ? html`<button type="button" class="share" title=${t('shell.class_tip')} @click=${openClass}>${t('shell.class')}</button>` : nothing}
+    ${place.value.at === '' ? classButton() : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button>
     ${help}</header>`;
 }

@@ -58,7 +58,8 @@ function said() {
 function playButton() {
   const playing = status.value === 'playing';
   return html`<output class="slower">${slower(speed.value)}</output><output class="time" id="present-time" aria-live="off"></output>
-    <button type="button" aria-label=${t(playing ? 'shell.pause' : 'shell.play')} @click=${() => playOrPause()}>${playing ? icons.pause : icons.play}</button>`;
+    <button type="button" aria-label=${t(playing ? 'shell.pause' : 'shell.play')}
+      @click=${() => playOrPause()}>${playing ? icons.pause : icons.play}</button>`;
 }
 
 /** What stands below the views. @returns {Template} */

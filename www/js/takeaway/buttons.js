@@ -10,8 +10,8 @@ const ICONS = {
   data: 'M3 4h18v16H3zM5 9v3h4V9zM11 9v3h8V9zM5 14v4h4v-4zM11 14v4h8v-4z',
 };
 
-/** `<take-away name="Error over time" of="ID" data="ID">`: name says what is saved; of: the box with its canvas, where that is not the parent;
- * data: there is a table too, of that name where it is not the canvas's id. */
+/** `<take-away name="Error over time" of="ID" data="ID">`: name says what is saved; of: the box with its canvas, where that is not the
+ * parent; data: there is a table too, of that name where it is not the canvas's id. */
 class TakeAway extends HTMLElement {
   static observedAttributes = ['name'];
 
@@ -44,10 +44,9 @@ class TakeAway extends HTMLElement {
       data-take=${what} aria-label=${text} title=${text} @click=${() => this.save(what)}><svg class="icon" viewBox="0 0 24 24"
       aria-hidden="true" focusable="false"><path fill-rule="evenodd" d=${ICONS[what]}></path></svg></button>`;
     const drawn = this.hasAttribute('of') || this.canvas;
-    render(
-      html`${drawn ? button('image', t('takeaway.save_image', { name })) : nothing}${this.hasAttribute('data') ? button('data', t('takeaway.save_data', { name })) : nothing}`,
-      this,
-    );
+    const image = drawn ? button('image', t('takeaway.save_image', { name })) : nothing,
+      data = this.hasAttribute('data') ? button('data', t('takeaway.save_data', { name })) : nothing;
+    render(html`${image}${data}`, this);
   }
 
   /** @param {'image' | 'data'} what */

@@ -90,7 +90,8 @@ function wrapped(pen, text, width) {
 
 const SCALE = 2; /* device pixels per CSS px of an image, at least: it is for print and projectors */
 
-/** What a canvas shows, drawn again where the screen is coarser than an image should be. @param {HTMLCanvasElement} canvas @returns {Promise<ImageBitmap>} */
+/** What a canvas shows, drawn again where the screen is coarser than an image should be. @param {HTMLCanvasElement} canvas
+ * @returns {Promise<ImageBitmap>} */
 function taken(canvas) {
   finest.ratio = SCALE;
   try {
@@ -104,8 +105,9 @@ function taken(canvas) {
 
 const LEAST_PX = 640; /* CSS px: a narrower image would have a caption longer than itself */
 
-/** The image above its caption. @param {{of: ImageBitmap, width: number, height: number}} image device pixels @param {number} ratio device pixels per CSS px @param {string} name
- * @param {Facts} facts @param {NonNullable<Table['lines']>} keys @returns {HTMLCanvasElement} */
+/** The image above its caption. @param {{of: ImageBitmap, width: number, height: number}} image device pixels
+ * @param {number} ratio device pixels per CSS px @param {string} name @param {Facts} facts @param {NonNullable<Table['lines']>} keys
+ * @returns {HTMLCanvasElement} */
 function composed(image, ratio, name, facts, keys) {
   const colours = palette(),
     size = 13 * ratio,

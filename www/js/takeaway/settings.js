@@ -79,8 +79,9 @@ function nameOf(path, words) {
 function textOf(path, value, words, language) {
   if (typeof value === 'boolean') return words.takeaway[value ? 'on' : 'off'] ?? '';
   if (typeof value === 'number') {
-    const unit = find(schema.value, path)?.unit ?? '';
-    return `${value.toLocaleString(language, { maximumSignificantDigits: 7, useGrouping: false })}${unit && ` ${words.units[unit] ?? unit}`}`;
+    const unit = find(schema.value, path)?.unit ?? '',
+      digits = value.toLocaleString(language, { maximumSignificantDigits: 7, useGrouping: false });
+    return unit === '' ? digits : `${digits} ${words.units[unit] ?? unit}`;
   }
   const key = path.replace(/\.\d+(?=\.|$)/g, '.*').replace(/\.link\.(?:up|down)\./, '.link.*.');
   return typeof value === 'string' ? (words.choices[`${key}.${value}`] ?? value.replaceAll('_', ' ')) : JSON.stringify(value);

@@ -6,5 +6,7 @@ import { shownWords } from '../session/scenario_words.js';
 export function aboutScenario() {
   const { paper, title, text, lang } = shownWords();
   const place = paperName(paper);
-  return html`<h2 lang=${lang}>${paper === '' ? nothing : html`<span lang=${place.lang}>${place.text}</span>: `}${title}</h2>${text === '' ? nothing : html`<p lang=${lang}>${text}</p>`}`;
+  const before = paper === '' ? nothing : html`<span lang=${place.lang}>${place.text}</span>: `,
+    below = text === '' ? nothing : html`<p lang=${lang}>${text}</p>`;
+  return html`<h2 lang=${lang}>${before}${title}</h2>${below}`;
 }

@@ -29,8 +29,8 @@ export function control(path, wish = {}) {
     data-path=${path} data-also=${also} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'}><span
     class="unit">${unitName(row.unit)}</span></label>`;
   if (!wish.slider) return number;
-  return html`<div class="slider">${number}<input type="range" aria-label=${t('workbench.slider', { name: label })} data-path=${path} data-also=${also}
-    min=${row.min} max=${row.max} step=${row.type === 'integer' || row.max >= 100 ? 1 : 'any'}></div>`;
+  return html`<div class="slider">${number}<input type="range" aria-label=${t('workbench.slider', { name: label })}
+    data-path=${path} data-also=${also} min=${row.min} max=${row.max} step=${row.type === 'integer' || row.max >= 100 ? 1 : 'any'}></div>`;
 }
 
 /** The element that a pointer holds: its value is the person's, not the daemon's. @type {Element | null} */

@@ -17,6 +17,7 @@ export function modules(text) {
 export function qr(text) {
   if (text === '') return nothing;
   const side = generate(text).size + 2 * QUIET;
-  return html`<svg class="qr" viewBox=${`0 0 ${side} ${side}`} role="img" aria-label=${t('workbench.qr', { address: text })} shape-rendering="crispEdges"><path
-    fill="#fff" d=${`M0 0h${side}v${side}H0z`}></path><path fill="#101418" d=${modules(text)}></path></svg>`;
+  return html`<svg class="qr" viewBox=${`0 0 ${side} ${side}`} role="img" aria-label=${t('workbench.qr', { address: text })}
+    shape-rendering="crispEdges"><path fill="#fff" d=${`M0 0h${side}v${side}H0z`}></path><path
+    fill="#101418" d=${modules(text)}></path></svg>`;
 }

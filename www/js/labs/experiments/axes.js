@@ -52,6 +52,15 @@ function choicesOf(axis, i, choices) {
     )}</div>`;
 }
 
+/** How the values of an axis of numbers are given. @param {Axis} axis @param {number} i @returns {Template} */
+function rangeOrList(axis, i) {
+  const range = () => setAxis(i, { list: false }),
+    list = () => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` });
+  return html`<div class="units" role="group" aria-label=${t('experiments.axis.values', { n: i + 1 })}>
+      <button type="button" aria-pressed=${String(!axis.list)} @click=${range}>${t('experiments.range')}</button><button
+        type="button" aria-pressed=${String(axis.list)} @click=${list}>${t('experiments.list')}</button></div>`;
+}
+
 /** @param {Axis} axis @param {number} i @returns {Template} */
 function axisPanel(axis, i) {
   const field = fieldOf(i),
@@ -68,10 +77,10 @@ function axisPanel(axis, i) {
   const input = (/** @type {'from' | 'to' | 'count' | 'levels' | 'values'} */ key, /** @type {string} */ width) => {
     const label = t(key === 'levels' ? 'experiments.axis.of.values' : `experiments.axis.of.${key}`);
     const bad = invalid(`${field}.${key === 'levels' ? 'count' : key}`, field);
-    return html`<label class="field ${width}"><span>${label}</span><input data-axis=${`${i}.${key}`}
-      inputmode=${key === 'values' ? 'text' : 'decimal'} autocomplete="off" placeholder=${key === 'levels' ? t('experiments.any') : ''} .value=${axis[key]}
+    return html`<label class="field ${width}"><span>${label}</span><input data-axis=${`${i}.${key}`} autocomplete="off"
+      inputmode=${key === 'values' ? 'text' : 'decimal'} placeholder=${key === 'levels' ? t('experiments.any') : ''}
       aria-label=${t('experiments.axis.field', { name: label, n })} aria-invalid=${bad.is} aria-describedby=${bad.by}
-        @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
+      .value=${axis[key]} @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
   };
   return html`<fieldset class="axis" data-axis-field=${field}><legend class="unseen">${t('experiments.axis', { n })}</legend>
     <div class="head">${parameter(
@@ -82,14 +91,7 @@ function axisPanel(axis, i) {
     )}
       <button type="button" class="small" aria-label=${t('experiments.axis.remove', { n })}
         @click=${() => write({ axes: draft.value.axes.filter((_, k) => k !== i) })}>${t('experiments.remove')}</button></div>
-    ${
-      numeric
-        ? html`<div class="units" role="group" aria-label=${t('experiments.axis.values', { n })}>
-      <button type="button" aria-pressed=${String(!axis.list)} @click=${() => setAxis(i, { list: false })}>${t('experiments.range')}</button><button
-        type="button" aria-pressed=${String(axis.list)}
-          @click=${() => setAxis(i, { list: true, values: axis.values || `${axis.from}, ${axis.to}` })}>${t('experiments.list')}</button></div>`
-        : nothing
-    }
+    ${numeric ? rangeOrList(axis, i) : nothing}
     ${
       choices.length > 0
         ? choicesOf(axis, i, choices)
@@ -136,8 +138,9 @@ function sampleFacts() {
 function samplePanel() {
   const d = draft.value,
     bad = invalid('sample', 'sample');
-  const choice = html`<label class="field choice"><span>${t('experiments.points')}</span><select id="sampling" aria-invalid=${bad.is} aria-describedby=${bad.by}
-    title=${helpOf('sample.method')} @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
+  const choice = html`<label class="field choice"><span>${t('experiments.points')}</span><select id="sampling"
+    aria-invalid=${bad.is} aria-describedby=${bad.by} title=${helpOf('sample.method')}
+    @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
     ${SAMPLINGS.map(
       (value) => html`<option value=${value}
       .selected=${value === d.sampling}>${t(`experiments.sampling.${value}`)}</option>`,
@@ -169,7 +172,8 @@ function samplePanel() {
 export function axesPanel() {
   const d = draft.value,
     free = variables.value.find((one) => one.row.type === 'number' && !d.axes.some((axis) => axis.path === one.path));
-  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.axes')}</legend><div class="head"><h2>${t('experiments.varied')}</h2>
+  return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.axes')}</legend>
+    <div class="head"><h2>${t('experiments.varied')}</h2>
       <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= AXES_MAX}
         @click=${() => {
           if (free) write({ axes: [...d.axes, axisAround(free.path)] });

@@ -21,8 +21,8 @@ function columnOf(row, path) {
   );
 }
 
-/** @param {any} experiment @param {Cells[]} rows @param {any} scenario of the experiment @param {UnitOf} inputUnit @param {UnitOf} metricUnit
- * @returns {Column[]} */
+/** @param {any} experiment @param {Cells[]} rows @param {any} scenario of the experiment @param {UnitOf} inputUnit
+ * @param {UnitOf} metricUnit @returns {Column[]} */
 export function columnsOf(experiment, rows, scenario, inputUnit, metricUnit) {
   const [first] = rows;
   if (!first) return [];

@@ -18,9 +18,10 @@ import { bareOf, partJson, partOf, toNumber } from './parts.js';
 /** @typedef {{path: string, value: string}} Fixed */
 /** @typedef {{on: boolean, metric: string, half: string, relative: string, least: string}} Until
  *   runs of a point until its mean is known */
-/** @typedef {{scenario: string | object, fixed: Fixed[], axes: Axis[], parts: import('./parts.js').Part[], metrics: string[], error: string,
- *   cost: string, front: string[], repeats: string, until: Until, sampling: string, points: string, seed: string, title: string, more: object}} Draft
- *   scenario: an id, or the whole; parts: windows; front: empty for error and cost; points: of a sample; more: what has no control here (text, stop, traces) */
+/** @typedef {{scenario: string | object, fixed: Fixed[], axes: Axis[], parts: import('./parts.js').Part[], metrics: string[],
+ * error: string, cost: string, front: string[], repeats: string, until: Until, sampling: string, points: string, seed: string, title:
+ * string, more: object}} Draft scenario: an id, or the whole; parts: windows; front: empty for error and cost; points: of a sample; more:
+ * what has no control here (text, stop, traces) */
 
 /** @type {Until} */
 const NEVER = { on: false, metric: '', half: '', relative: '0.05', least: '10' };

@@ -20,7 +20,8 @@ function ownerOf(names, scenario) {
   return first === 'side_by_side' ? t('experiments.side_n', { n: n + 2 }) : '';
 }
 
-/** @param {string} path @param {any} scenario @returns {string} of the part of the scenario that has the parameter, such as Player A › link */
+/** @param {string} path @param {any} scenario @returns {string} of the part of the scenario that has the parameter, such as Player A ›
+ * link */
 export function placeOf(path, scenario) {
   const names = path.split('.').slice(0, -1),
     owner = ownerOf(names, scenario);
@@ -44,7 +45,8 @@ export function wholeName(path, unit, scenario) {
   return owner === '' ? name : `${owner}: ${name}`;
 }
 
-/** A value as a person reads it. @param {string} path @param {unknown} value @param {any} scenario @returns {string | undefined} of a choice */
+/** A value as a person reads it. @param {string} path @param {unknown} value @param {any} scenario
+ * @returns {string | undefined} of a choice */
 export function chosenName(path, value, scenario) {
   if (typeof value === 'boolean' || value === 'true' || value === 'false')
     return t(String(value) === 'true' ? 'experiments.on' : 'experiments.off');
@@ -110,7 +112,8 @@ export function columnName(column, scenario, unitOf) {
   return of === 'server_' ? t('experiments.tick.at_server', { name: here }) : here;
 }
 
-/** Of one in a window, as `PATH@WINDOW`, with its name. @param {string} path @param {string | undefined} unit @param {any} scenario @returns {string} */
+/** Of one in a window, as `PATH@WINDOW`, with its name. @param {string} path @param {string | undefined} unit @param {any} scenario
+ * @returns {string} */
 export function metricName(path, unit, scenario) {
   if (path === COST) return t('experiments.cost_metric');
   const [bare = '', window = ''] = path.split('@');
@@ -126,7 +129,8 @@ export function metricName(path, unit, scenario) {
   return inUnit(`${owner === '' ? '' : `${owner}: `}${row.label}${of}${part}`, /^(count|lost_ratio)$/.test(row.part) ? '' : unit);
 }
 
-/** What a metric is, in the language of the page: the daemon's own help is English. @param {string} path @param {string} help @param {any} scenario */
+/** What a metric is, in the language of the page: the daemon's own help is English. @param {string} path @param {string} help
+ * @param {any} scenario */
 export function metricTip(path, help, scenario) {
   if (language.value === 'en' || path === COST) return language.value === 'en' ? help : t('experiments.cost_tip');
   return rowOf(scenario?.kind ?? '', path.split('.'))?.tip ?? '';
@@ -134,3 +138,6 @@ export function metricTip(path, help, scenario) {
 
 /** The same of a parameter. @param {string} path @param {string} help @param {any} scenario */
 export const inputTip = (path, help, scenario) => (language.value === 'en' ? help : (inputOf(scenario?.kind ?? '', path)?.tip ?? ''));
+
+/** Of an experiment. @param {string} state */
+export const stateOf = (state) => t(`experiments.state.${state}`) || state;

@@ -29,8 +29,8 @@ function linesOf(rows, of) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../../draw/palette.js').Palette} colours
- * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {{x: string, y: string, empty: string}} named what axes are called, and what stands
- * where nothing is drawn
+ * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected
+ * @param {{x: string, y: string, empty: string}} named what axes are called, and what stands where nothing is drawn
  * @returns {{spots: Spot[], covered: number}} covered: points that are not drawn, since they lie under others */
 export function drawScatter(surface, colours, rows, of, front, selected, named) {
   const { pen } = surface,

@@ -35,14 +35,22 @@ function sorted() {
 function sortable(name, label, path) {
   const { by, down } = sorting.value,
     now = by === name;
-  return html`<th scope="col" data-column=${name} title=${path ?? nothing} aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
-    @click=${() => {
-      sorting.value = { by: name, down: now && !down };
-    }}><span>${label}</span>${
-      now
-        ? html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>`
-        : nothing
-    }</button></th>`;
+  const sort = () => {
+    sorting.value = { by: name, down: now && !down };
+  };
+  const sign = () =>
+    html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>`;
+  return html`<th scope="col" data-column=${name} title=${path ?? nothing}
+    aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
+    @click=${sort}><span>${label}</span>${now ? sign() : nothing}</button></th>`;
+}
+
+/** What stands above the columns. @param {import('./columns.js').Column[]} list @returns {Template} */
+function headings(list) {
+  const axesAndMetrics = list.map((column) => sortable(column.name, column.label, column.path)),
+    onFront = () => html`<th scope="col" data-column="front">${t('experiments.front')}</th>`;
+  return html`<tr>${sortable('point', t('experiments.point'))}${axesAndMetrics}<th
+      scope="col" data-column="runs">${t('experiments.form')}</th>${fronted.value.length === 0 ? nothing : onFront()}<td></td></tr>`;
 }
 
 /** @returns {Template} */
@@ -51,8 +59,7 @@ export function table() {
     list = columns.value;
   return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('experiments.points')}><table
     class="data points"><caption>${t('experiments.table')}</caption>
-    <thead><tr>${sortable('point', t('experiments.point'))}${list.map((column) => sortable(column.name, column.label, column.path))}<th
-      scope="col" data-column="runs">${t('experiments.form')}</th>${fronted.value.length === 0 ? nothing : html`<th scope="col" data-column="front">${t('experiments.front')}</th>`}<td></td></tr></thead>
+    <thead>${headings(list)}</thead>
     <tbody>${order.slice(0, rowsShown.value).map((i) => {
       const row = /** @type {Cells} */ (points.value[i]);
       return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th

@@ -106,8 +106,9 @@ function partPanel(part, i) {
     changePart(i, { name });
   };
   return html`<fieldset class="axis" data-window=${i}><legend class="unseen">${t('experiments.window', { n: i + 1 })}</legend>
-    <div class="head"><label class="field whole"><span>${t('experiments.window.name')}</span><input data-window-name=${i} autocomplete="off"
-      autocapitalize="none" spellcheck="false" .value=${part.name} aria-invalid=${bad.is} aria-describedby=${bad.by} @input=${rename}></label>
+    <div class="head"><label class="field whole"><span>${t('experiments.window.name')}</span><input data-window-name=${i}
+      autocomplete="off" autocapitalize="none" spellcheck="false" aria-invalid=${bad.is} aria-describedby=${bad.by}
+      .value=${part.name} @input=${rename}></label>
       <button type="button" class="small" aria-label=${t('experiments.window.remove', { name: part.name })}
         @click=${() => removePart(i)}>${t('experiments.remove')}</button></div>
     <div class="numbers">${time('from', '0')}${time('to', t('experiments.window.end'))}</div>
@@ -121,8 +122,9 @@ function partPanel(part, i) {
 /** @returns {Template} */
 export function windowsPanel() {
   const { parts } = draft.value;
-  return html`<fieldset class="panel server metrics" id="windows"><legend class="unseen">${t('experiments.windows')}</legend><div
-    class="head"><h2>${t('experiments.windows')}</h2><button type="button" class="small" id="add-window" ?disabled=${parts.length >= PARTS_MAX}
+  return html`<fieldset class="panel server metrics" id="windows"><legend class="unseen">${t('experiments.windows')}</legend>
+    <div class="head"><h2>${t('experiments.windows')}</h2><button type="button" class="small" id="add-window"
+      ?disabled=${parts.length >= PARTS_MAX}
       @click=${() => addPart(newPart(parts, half()), offered())}>${t('experiments.windows.add')}</button></div>
     <p class="facts">${t('experiments.windows.tip')}</p>
     ${parts.map(partPanel)}</fieldset>`;

@@ -12,8 +12,9 @@ import { drawRelief } from './relief.js';
 /**
  * @typedef
  *  {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
- *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string, still: boolean}} Shown
- *   still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the drawing */
+ *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string,
+ * still: boolean}} Shown still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the
+ * drawing */
 
 /** One for each size: fluids side by side may have several.
  * @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */

@@ -36,8 +36,8 @@ function sceneParameter(i, name) {
   };
   const id = i === 0 ? name : `${i}/${name}`;
   if (row.type === 'choice') {
-    return html`<label class="field choice" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><select data-scene=${id}
-      @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
+    return html`<label class="field choice" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><select
+      data-scene=${id} @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
   }
   return html`<label class="field"
@@ -115,14 +115,15 @@ export function fluidPanel(i) {
     ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
   const first = paths.filter((path) => FIRST.includes(ending(path))),
     rest = paths.filter((path) => !FIRST.includes(ending(path)));
-  const several = fluids().length > 1;
+  const several = fluids().length > 1,
+    name = several ? html`${mark(i)} <span>${nameOf(i)}</span>` : t('fluid.solver');
+  const more = () => html`<details><summary>${t('workbench.more')}</summary>${rest.map((path) => control(path))}</details>`;
   return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''}
     title=${locked.value || nothing}>
     <legend class="unseen">${several ? t('fluid.fluid_n', { n: i + 1 }) : t('shell.tab.fluid')}</legend>
-    <div
-      class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : t('fluid.solver')}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
-    ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
-    ${first.map((path) => control(path))}${rest.length > 0 ? html`<details><summary>${t('workbench.more')}</summary>${rest.map((path) => control(path))}</details>` : nothing}</fieldset>`;
+    <div class="head"><h2>${name}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
+    ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((one) => sceneParameter(i, one))}${fieldChoice(i)}
+    ${first.map((path) => control(path))}${rest.length > 0 ? more() : nothing}</fieldset>`;
 }
 
 /** @param {'cells' | 'relief'} name @param {string} label @param {boolean} on @returns {Template} */
@@ -139,7 +140,8 @@ function fieldChoice(i) {
   if (!now) return nothing;
   const show = (/** @type {Event} */ event) =>
     change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
-  return html`<label class="field choice" title=${message(now.help).text}><span>${t('fluid.field')}</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
+  return html`<label class="field choice" title=${message(now.help).text}><span>${t('fluid.field')}</span><select
+      id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
       ${fieldsOf(fluids()[i]).map(
         (layer, k) => html`<option value=${k}
         .selected=${layer === now}>${words(layer.name)}</option>`,

@@ -117,18 +117,22 @@ function errata() {
   if (list.length === 0) return nothing;
   return html`<table class="data errata"><caption>${t('motion.errata')}</caption><thead><tr><th scope="col">${t('motion.paper')}</th><th
     scope="col">${t('motion.lab')}</th></tr></thead>
-    <tbody>${list.map((one) => html`<tr><td>${t(`motion.paper_says.${one}`)}</td><td>${t(`motion.lab_shows.${one}`)}</td></tr>`)}</tbody></table>`;
+    <tbody>${list.map(
+      (one) => html`<tr><td>${t(`motion.paper_says.${one}`)}</td><td>${t(`motion.lab_shows.${one}`)}</td></tr>`,
+    )}</tbody></table>`;
 }
 
 /** @returns {Template} */
 function template() {
   const at = motion();
   return html`${partTabs()}<main class="step" id="views" tabindex="-1" data-part=${shownPart.value}>
-    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} aria-label=${t('motion.problem_and_methods')} role="group">${problemPanel()}${places().map(methodPanel)}</div>
+    <div class="methods" tabindex=${locked.value === '' ? nothing : 0} role="group"
+      aria-label=${t('motion.problem_and_methods')}>${problemPanel()}${places().map(methodPanel)}</div>
     <div class="drawings" tabindex="0" role="region" aria-label=${t('workbench.views')}>
       ${opening(t('motion.see'))}
-      <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view" data-shows="positions path"><canvas id="motion" role="img"
-        aria-label=${t('shell.group.motion')}></canvas><take-away name=${t('shell.group.motion')}></take-away></div></section>
+      <section class="row motion" aria-label=${t('shell.group.motion')}><div class="view" data-shows="positions path"><canvas
+        id="motion" role="img" aria-label=${t('shell.group.motion')}></canvas><take-away
+        name=${t('shell.group.motion')}></take-away></div></section>
       <div class="plots">
         ${plotBox('plot-value', t('motion.position_t'))}${plotBox('plot-error', t('motion.error_t'), 'error')}
         ${at?.energy ? plotBox('plot-energy', t('workbench.energy_t'), 'energy') : nothing}
@@ -147,16 +151,21 @@ function template() {
       <button type="button" ?disabled=${measuring.value || locked.value !== '' || !may('measure')}
         @click=${() => measure()}>${measuring.value ? t('motion.measuring') : t('motion.measure')}</button>
       ${tradeoffButton('integrators')}
-      <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
-        class="data now" data-shows="table"><caption>${t('workbench.now')}</caption><thead><tr><td></td>
-        <th scope="col">t (s)</th><th scope="col">${componentName(at?.components[component.value] ?? '')}</th><th scope="col">${t('motion.error')}</th><th
-          scope="col">${t('motion.largest')}</th>
-        <th scope="col"><abbr
-          title=${t('motion.weighted_tip')}>${t('motion.weighted')}</abbr></th></tr></thead>
-        <tbody><tr><th scope="row">${t('motion.solution')}</th>${cells(0)}</tr>
-        ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
+      ${nowTable()}
       ${errata()}
     </aside></main>`;
+}
+
+/** What holds now, of the solution and of each method. @returns {Template} */
+function nowTable() {
+  const weighted = html`<abbr title=${t('motion.weighted_tip')}>${t('motion.weighted')}</abbr>`,
+    plottedName = componentName(motion()?.components[component.value] ?? '');
+  const columns = ['t (s)', plottedName, t('motion.error'), t('motion.largest'), weighted];
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}><table
+        class="data now" data-shows="table"><caption>${t('workbench.now')}</caption>
+        <thead><tr><td></td>${columns.map((column) => html`<th scope="col">${column}</th>`)}</tr></thead>
+        <tbody><tr><th scope="row">${t('motion.solution')}</th>${cells(0)}</tr>
+        ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>`;
 }
 
 /** @param {number} row @returns {Template[]} */

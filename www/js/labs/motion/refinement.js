@@ -1,4 +1,5 @@
-// Error against step and cost: separate runs of each method with many steps. A few are made by themselves when their plots come into view; with a press all.
+// Error against step and cost: separate runs of each method with many steps. A few are made by themselves when their plots come into view;
+// with a press all.
 import { effect, signal } from '../../../vendor/signals-core.js';
 import { call, make } from '../../base/api.js';
 import { layout, locked, may, notify, params, session } from '../../session/state.js';

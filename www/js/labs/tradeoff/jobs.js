@@ -14,10 +14,11 @@ import { move, place } from './place.js';
 /** @typedef {Values & {problem: number, by: string, method: string, setting: string, value: number | null, status: string, random: boolean,
  *   front: boolean[], check: Values | null, set: string, link: string}} Row */
 /** row, check_cheapest: places in `rows`
- * @typedef {{problem: number, cost: number, level: number, row: number | null, outcome: string, figures: string, check_cheapest: number | null,
- *   as_cheap: string[]}} Choice */
+ * @typedef {{problem: number, cost: number, level: number, row: number | null, outcome: string, figures: string,
+ * check_cheapest: number | null, as_cheap: string[]}} Choice */
 /** @typedef {Family & {rows: Row[], choices: Choice[]}} Answer */
-/** state: of the daemon; `gone`: it has it no more. @typedef {{family: string, key: string, state: string, done: number, steps: number, error: string}} Job */
+/** state: of the daemon; `gone`: it has it no more.
+ * @typedef {{family: string, key: string, state: string, done: number, steps: number, error: string}} Job */
 /** @typedef {{family: string, seeds?: number, duration_s?: number}} Order */
 
 const POLL_MS = 500; /* the daemon suspends what is not polled for 0.8 s */

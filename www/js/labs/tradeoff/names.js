@@ -50,8 +50,11 @@ export function measuredOf(measured) {
 }
 
 /** The columns of `laglab tradeoff --out`. */
-const COLUMNS =
-  'family,scenario,by,method,setting,value,status,metric,error,error_low,error_high,cost,cost_value,cost_low,cost_high,front,cpu_min_s,cpu_median_s,seed,seeds,check_seed,check_seeds,check_error,check_error_high,check_cost,set,link';
+const COLUMNS = [
+  'family,scenario,by,method,setting,value,status',
+  'metric,error,error_low,error_high,cost,cost_value,cost_low,cost_high,front,cpu_min_s,cpu_median_s',
+  'seed,seeds,check_seed,check_seeds,check_error,check_error_high,check_cost,set,link',
+].join();
 
 /** As RFC 4180 has it. @param {unknown} value */
 const cell = (value) => {

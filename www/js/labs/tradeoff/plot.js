@@ -1,4 +1,5 @@
-// Error against one cost: a mark per setting with whiskers, a line per method, the front, the levels of error, a ring around what was chosen.
+// Error against one cost: a mark per setting with whiskers, a line per method, the front, the levels of error, a ring around what was
+// chosen.
 import { outline } from '../../draw/marks.js';
 import { paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
@@ -64,8 +65,8 @@ function stroke(pen, ax, ay, bx, by) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../../draw/palette.js').Palette} colours
- * @param {Point[]} points @param {{levels: number[], hidden: Set<number>, selected: number, x: string, y: string, empty: string}} wish hidden:
- * methods that are left out; selected: a place in the rows, -1 for none
+ * @param {Point[]} points @param {{levels: number[], hidden: Set<number>, selected: number, x: string, y: string,
+ * empty: string}} wish hidden: methods that are left out; selected: a place in the rows, -1 for none
  * @returns {Spot[]} from left to right */
 export function drawTradeoff(surface, colours, points, { levels, hidden, selected, x: nameX, y: nameY, empty }) {
   const { pen } = surface,
@@ -155,7 +156,8 @@ export function drawTradeoff(surface, colours, points, { levels, hidden, selecte
   return byRank.map(mark).sort((a, b) => a.x - b.x || a.y - b.y);
 }
 
-/** The point that a pointer is at. @param {Spot[]} spots @param {number} x @param {number} y @returns {number} its place in the rows; -1: none */
+/** The point that a pointer is at. @param {Spot[]} spots @param {number} x @param {number} y
+ * @returns {number} its place in the rows; -1: none */
 export function nearest(spots, x, y) {
   let best = -1,
     least = NEAR_PX ** 2;

@@ -147,7 +147,8 @@ export class Session {
         generation: import("../../api.js").components["schemas"]["Counter"];
         hash: import("../../api.js").components["schemas"]["Hash"];
     }>;
-    /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values @returns {Promise<Answer<'patchParams'>>} */
+    /** Changes live parameters by their paths, all or nothing. @param {Record<string, any>} values
+     * @returns {Promise<Answer<'patchParams'>>} */
     set(values: Record<string, any>): Promise<Answer<"patchParams">>;
     /** A person's controls, held until the next call; the player's `control` must be `person`.
      * @param {number} player @param {number[]} [axes] @param {number} [buttons] @returns {Promise<Answer<'postInput'>>} */

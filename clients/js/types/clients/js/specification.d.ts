@@ -22,8 +22,8 @@ export type Specification = import("../../api.js").components["schemas"]["Experi
  */
 export type Axes = {
     /**
-     * by path its values, or by a name settings with names; or a list
-     * as in the experiment's format
+     * by path its values, or by a name settings with names; or a
+     * list as in the experiment's format
      */
     axes?: Record<string, any[] | Settings> | Record<string, any>[] | undefined;
 };

@@ -81,7 +81,8 @@ export function thin(list, each) {
   return thinned;
 }
 
-/** @param {Thinned} list @param {number} from @param {number} to @param {(tick: number, value: number) => void} visit @param {boolean} [back] */
+/** @param {Thinned} list @param {number} from @param {number} to @param {(tick: number, value: number) => void} visit
+ * @param {boolean} [back] */
 function along({ ticks, values }, from, to, visit, back = false) {
   for (let k = 0; k < ticks.length; k++) {
     const at = back ? ticks.length - 1 - k : k,
@@ -106,7 +107,8 @@ function pieces([one, other]) {
 /** Where the chart's time axis lies, px. @param {import('../../../draw/palette.js').Palette} palette @param {number} width */
 export const spanOf = (palette, width) => ({ left: palette.text * 4.4, right: width - palette.text * 1.2 });
 
-/** @param {import('../../../draw/surface.js').Surface} surface @param {import('../../../draw/palette.js').Palette} palette @param {Chart} chart */
+/** @param {import('../../../draw/surface.js').Surface} surface @param {import('../../../draw/palette.js').Palette} palette
+ * @param {Chart} chart */
 export function drawChart({ pen, width, height }, palette, chart) {
   const { text } = palette,
     { left, right } = spanOf(palette, width),

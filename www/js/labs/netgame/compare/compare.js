@@ -135,21 +135,23 @@ const partOf = (at) =>
 
 /** @returns {Template} */
 function controls() {
-  return html`<fieldset class="change" ?disabled=${locked.value !== ''} title=${locked.value || nothing}><legend class="unseen">${say('change')}</legend>
+  const choose = onChange((path) => {
+    chosen.value = path;
+  });
+  const option = (/** @type {string} */ path) =>
+    html`<option value=${path} .selected=${path === chosen.value}>${settingOf(path, true)}</option>`;
+  return html`<fieldset class="change" ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">${say('change')}</legend>
     <label class="field choice" title=${tipOf(chosen.value)}><span>${say('setting')}</span><select id="compare-setting"
-      @change=${onChange((path) => {
-        chosen.value = path;
-      })}>${settings().map(
-        ({ at, paths }) =>
-          html`<optgroup label=${partOf(at)}>${paths.map(
-            (path) => html`<option value=${path} .selected=${path === chosen.value}>${settingOf(path, true)}</option>`,
-          )}</optgroup>`,
+      @change=${choose}>${settings().map(
+        ({ at, paths }) => html`<optgroup label=${partOf(at)}>${paths.map(option)}</optgroup>`,
       )}</select></label>
     ${valueField(0)}${valueField(1)}
   </fieldset>`;
 }
 
-/** What is compared most, in one click: changes of the second run. @returns {{name: string, values: Record<string, import('../../../base/link.js').Value>}[]} */
+/** What is compared most, in one click: changes of the second run.
+ * @returns {{name: string, values: Record<string, import('../../../base/link.js').Value>}[]} */
 function common() {
   const can = settings().flatMap(({ paths }) => paths),
     predicts = can.filter((path) => path.endsWith('.prediction') && valueAt(params.value, path) === true);
@@ -163,35 +165,42 @@ function common() {
   ].filter(({ fits }) => fits);
 }
 
+/** @param {ReturnType<typeof common>[number]} of @returns {Template} */
+const readyButton = ({ name, values }) => html`<button type="button" class="small" data-ready=${name} ?disabled=${locked.value !== ''}
+      @click=${() => runs.set(1, values)}>${say(`ready.${name}`)}</button>`;
+
+/** A setting that differs, and what makes it equal again. @param {ReturnType<typeof differing>[number]} of @returns {Template} */
+function differenceRow({ path, values }) {
+  const unit = find(schema.value, path)?.unit ?? '',
+    name = settingOf(path, true);
+  return html`<tr><th scope="row" title=${tipOf(path)}>${name}</th>${values.map(
+    (value) => html`<td>${valueOf(path, value, unit)}</td>`,
+  )}<td><button type="button" class="small" ?disabled=${locked.value !== ''} aria-label=${`${say('equal')}: ${name}`}
+        @click=${() => runs.set(1, { [path]: values[0] })}>${say('equal')}</button></td></tr>`;
+}
+
 /** @returns {Template} */
 function differences() {
   const list = differing();
   if (list.length === 0)
-    return html`<div class="differ" id="compare-differ"><p>${say('differ.none')}</p>${common().map(
-      ({ name, values }) =>
-        html`<button type="button" class="small" data-ready=${name} ?disabled=${locked.value !== ''} @click=${() => runs.set(1, values)}>${say(`ready.${name}`)}</button>`,
-    )}</div>`;
-  return html`<div class="differ" id="compare-differ" tabindex="0" role="region" aria-label=${say('differ')}><table class="data"><caption>${say('differ')}</caption>
+    return html`<div class="differ" id="compare-differ"><p>${say('differ.none')}</p>${common().map(readyButton)}</div>`;
+  return html`<div class="differ" id="compare-differ" tabindex="0" role="region" aria-label=${say('differ')}>
+    <table class="data"><caption>${say('differ')}</caption>
     <thead><tr><td></td>${SIDES.map((name, side) => html`<th scope="col">${sample(side)} ${say(name)}</th>`)}<td></td></tr></thead>
-    <tbody>${list.map(({ path, values }) => {
-      const unit = find(schema.value, path)?.unit ?? '';
-      return html`<tr><th scope="row" title=${tipOf(path)}>${settingOf(path, true)}</th>${values.map(
-        (value) => html`<td>${valueOf(path, value, unit)}</td>`,
-      )}<td><button type="button" class="small" ?disabled=${locked.value !== ''} aria-label=${`${say('equal')}: ${settingOf(path, true)}`}
-        @click=${() => runs.set(1, { [path]: values[0] })}>${say('equal')}</button></td></tr>`;
-    })}</tbody></table></div>`;
+    <tbody>${list.map(differenceRow)}</tbody></table></div>`;
 }
+
+/** @param {number} one */
+const viewName = (one) => (one === 0 ? say('server') : `${say('player')} ${letter(one - 1)}`);
 
 /** @returns {Template} */
 function viewChoice() {
+  const views = [...Array.from({ length: players() }, (_, p) => p + 1), 0];
   return html`<label class="field choice"><span>${say('view')}</span><select id="compare-view" @change=${onChange((value) => {
     view.value = Number(value);
     remember();
     touch();
-  })}>${[...Array.from({ length: players() }, (_, p) => p + 1), 0].map(
-    (one) =>
-      html`<option value=${one} .selected=${one === view.value}>${one === 0 ? say('server') : `${say('player')} ${letter(one - 1)}`}</option>`,
-  )}</select></label>`;
+  })}>${views.map((one) => html`<option value=${one} .selected=${one === view.value}>${viewName(one)}</option>`)}</select></label>`;
 }
 
 /** @returns {Template} */
@@ -230,10 +239,11 @@ function lengthChoice() {
 
 /** @param {0 | 1} side @returns {Template} */
 function sideView(side) {
-  const name = `${say(SIDES[side])}, ${view.value === 0 ? say('server') : `${say('player')} ${letter(view.value - 1)}`}`;
-  return html`<section class="run" data-side=${side} aria-label=${say(SIDES[side])}>
-    <div class="head"><h3>${sample(side)} ${say(SIDES[side])}</h3><output class="value" id=${`compare-value-${side}`} aria-live="off"></output></div>
-    <div class="view"><canvas id=${`compare-view-${side}`} role="img" aria-label=${name}></canvas></div></section>`;
+  const name = say(SIDES[side]);
+  return html`<section class="run" data-side=${side} aria-label=${name}>
+    <div class="head"><h3>${sample(side)} ${name}</h3><output class="value" id=${`compare-value-${side}`} aria-live="off"></output></div>
+    <div class="view"><canvas id=${`compare-view-${side}`} role="img"
+      aria-label=${`${name}, ${viewName(view.value)}`}></canvas></div></section>`;
 }
 
 /** @param {PointerEvent} event */
@@ -250,7 +260,8 @@ function point(event) {
 /** @returns {Template} */
 export function template() {
   const now = curve(),
-    tip = now && tipOfCurve(now);
+    tip = now && tipOfCurve(now),
+    hint = html`<p class="hint">${tip ? `${tip}. ` : nothing}${say('hint')}</p>`;
   return html`<main class="compare" id="views" tabindex="-1" data-fields=${layout.value?.entities.length ? 'yes' : 'no'}
     aria-busy=${runs.working.value ? 'true' : 'false'}>
     <div class="comparehead"><h2>${say('title')}</h2><p>${say('lead', { seed: String(params.value?.seed ?? 0) })}</p>
@@ -258,7 +269,7 @@ export function template() {
     <div class="settings">${controls()}${differences()}</div>
     <div class="runs">${sideView(0)}${sideView(1)}</div>
     <section class="difference" aria-label=${say('difference')}>
-      <div class="head">${viewChoice()}${curveChoice()}${lengthChoice()}<p class="hint">${tip ? `${tip}. ` : nothing}${say('hint')}</p></div>
+      <div class="head">${viewChoice()}${curveChoice()}${lengthChoice()}${hint}</div>
       <div class="view" id="compare-time" @pointerdown=${point} @pointermove=${point}><canvas id="compare-chart" role="img"
         aria-label=${`${say('difference')}${now ? `: ${nameOf(now, true)}` : ''}`}></canvas></div>
       <p id="compare-sentence"></p>
@@ -293,8 +304,8 @@ function drawSide(side, frame, memory) {
   });
 }
 
-/** The difference in words and numbers. @param {import('./curves.js').Curve} of @param {[Float64Array, Float64Array]} values @param {number} tick
- * @param {number} hz */
+/** The difference in words and numbers. @param {import('./curves.js').Curve} of @param {[Float64Array, Float64Array]} values
+ * @param {number} tick @param {number} hz */
 function sentence(of, values, tick, hz) {
   const { mean, most, at } = apart(...values),
     [one = NaN, other = NaN] = values.map((list) => list[tick]);

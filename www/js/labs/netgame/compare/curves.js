@@ -1,7 +1,8 @@
 // The curves of two runs, from their traces: a line of CSV per tick.
 
 /** @typedef {{ticks: number, hz: number, columns: Map<string, Float64Array>}} Trace  by column a value per tick, NaN where there is none */
-/** column: of the trace; words: what the words of metrics or of the comparison call it; player: whose, from 0; digits: after the point; size: without its sign
+/** column: of the trace; words: what the words of metrics or of the comparison call it; player: whose, from 0; digits: after the point;
+ * size: without its sign
  * @typedef {{column: string, words: string, player: number, unit: string, digits: number, size: boolean}} Curve */
 
 /** Columns of a player that mean something over time, those that mostly differ first. */

@@ -29,7 +29,8 @@ const ATTEMPTS = 8; /* of a request that the daemon ends for its processor time,
 export const active = signal(false);
 /** Whether the daemon is at work for what was asked. */
 export const working = signal(false);
-/** How long the runs may be, s: the choices that their duration allows, the last of them the whole of it or the most. @type {import('@preact/signals-core').Signal<number[]>} */
+/** How long the runs may be, s: the choices that their duration allows, the last of them the whole of it or the most.
+ * @type {import('@preact/signals-core').Signal<number[]>} */
 export const lengths = signal([]);
 /** How much of them is compared, s. */
 export const length = signal(0);

@@ -5,8 +5,8 @@ import { insist } from '../../../base/insist.js';
 import { language as spoken } from '../../../base/words.js';
 
 /** @typedef {{label: string, tip: string}} Entry */
-/** @typedef {{params: Record<string, Entry>, metrics: Record<string, Entry>, choices: Record<string, string>, units: Record<string, string>,
- *   compare: Record<string, string>}} Words */
+/** @typedef {{params: Record<string, Entry>, metrics: Record<string, Entry>, choices: Record<string, string>, units: Record<string,
+ * string>, compare: Record<string, string>}} Words */
 
 /** @type {import('@preact/signals-core').Signal<Words | null>} null until they are read */
 export const words = signal(null);

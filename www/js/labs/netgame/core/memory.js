@@ -19,7 +19,8 @@ import { t } from '../../../base/words.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./frame.js').Event} Event */
-/** index: among those of its type and player; lag_ms: of the player when it was met. @typedef {Event & {index: number, lag_ms: number}} Met */
+/** index: among those of its type and player; lag_ms: of the player when it was met.
+ * @typedef {Event & {index: number, lag_ms: number}} Met */
 /** @typedef {{t: number, entity: number, n: number, x: number, y: number, type: number, player: number, number: number}} Dot
  *   n counts them; type, player and number are those of the event */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
@@ -176,8 +177,8 @@ export class Memory {
     });
   }
 
-  /** @param {number} player @param {number} state of its connection @param {number} t @param {boolean} first whether it has not played before
-   * @param {boolean} late whether it may have been earlier */
+  /** @param {number} player @param {number} state of its connection @param {number} t
+   * @param {boolean} first whether it has not played before @param {boolean} late whether it may have been earlier */
   become(player, state, t, first, late) {
     let what = '';
     if (state === IS_STALLED) what = 'stalled';

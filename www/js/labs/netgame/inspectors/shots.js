@@ -40,8 +40,8 @@ function linesOf({ pen, colours }, title, width) {
   return lines;
 }
 
-/** One panel; `rows`: lines that are kept free for titles. @param {InspectorContext & {rows: number}} at @param {Shot} shot @param {When} when
- * @param {number} left @param {number} width @param {string[]} title @param {number} hit */
+/** One panel; `rows`: lines that are kept free for titles. @param {InspectorContext & {rows: number}} at @param {Shot} shot
+ * @param {When} when @param {number} left @param {number} width @param {string[]} title @param {number} hit */
 function panel(at, shot, when, left, width, title, hit) {
   const { pen, colours, height, layout } = at;
   const { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = layout.scene;

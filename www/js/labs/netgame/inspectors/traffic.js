@@ -1,4 +1,5 @@
-// A player's traffic as the net_graph of the engine Source has it: packets, bytes by type of message, losses, choke, and the newest round trip.
+// A player's traffic as the net_graph of the engine Source has it: packets, bytes by type of message, losses, choke, and the newest round
+// trip.
 import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { cross, drawText, widthOf } from '../../../draw/marks.js';
@@ -110,7 +111,8 @@ const linesOf = (rates, player) => [
   wayWords('out', rates.up),
 ];
 
-/** Pieces next to each other, on as many lines as they need. @param {InspectorContext} at @param {string[][]} lines @returns {number} where they end, px */
+/** Pieces next to each other, on as many lines as they need. @param {InspectorContext} at @param {string[][]} lines
+ * @returns {number} where they end, px */
 function write({ pen, colours, width }, lines) {
   const high = colours.text * 1.3,
     gap = colours.text;

@@ -45,11 +45,13 @@ function table(which) {
   const players = layout.value?.players.length ?? 0;
   const curves = which === 'error' ? errorCurves(players, unit.value, scale.pxPerMetre) : bufferCurves(players);
   const rows = rowsOf(memory, curves, 25);
-  return html`<div class="scroll" tabindex="0" role="region" aria-label=${t('netgame.table')}><table class="data"><thead><tr><th scope="col">${t('netgame_more.time')} (s)</th>
+  const decimals = unit.value === 'm' && which === 'error' ? 3 : 1;
+  return html`<div class="scroll" tabindex="0" role="region" aria-label=${t('netgame.table')}><table class="data">
+    <thead><tr><th scope="col">${t('netgame_more.time')} (s)</th>
     ${curves.map((curve) => html`<th scope="col">${curve.name} (${curve.unit})</th>`)}</tr></thead>
     <tbody>${rows.map(
       (row) => html`<tr><th scope="row">${fixed(row.t, 2)}</th>
-      ${row.values.map((value) => html`<td>${value === null ? '–' : fixed(value, unit.value === 'm' && which === 'error' ? 3 : 1)}</td>`)}</tr>`,
+      ${row.values.map((value) => html`<td>${value === null ? '–' : fixed(value, decimals)}</td>`)}</tr>`,
     )}
     </tbody></table></div>
     <button type="button" @click=${renew}>${t('netgame_more.refresh')}</button>`;

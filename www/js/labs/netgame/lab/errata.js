@@ -21,8 +21,8 @@ export function errata() {
   const place = String(params.value?.paper ?? '').toLowerCase(),
     list = ERRATA[place.replace(/[^a-z0-9]+/g, '_')] ?? [];
   if (list.length === 0) return nothing;
-  return html`<table class="data errata"><caption>${t('netgame_more.errata')}</caption><thead><tr><th scope="col">${t('netgame_more.paper')}</th><th
-    scope="col">${t('netgame_more.lab')}</th></tr></thead><tbody>${list.map(
+  return html`<table class="data errata"><caption>${t('netgame_more.errata')}</caption>
+    <thead><tr><th scope="col">${t('netgame_more.paper')}</th><th scope="col">${t('netgame_more.lab')}</th></tr></thead><tbody>${list.map(
       (one) => html`<tr><td>${t(`netgame_more.paper_says.${one}`)}</td><td>${t(`netgame_more.lab_shows.${one}`)}</td></tr>`,
     )}</tbody></table>`;
 }

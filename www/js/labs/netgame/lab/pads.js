@@ -9,15 +9,16 @@ import { layout } from '../core/layout.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-/** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon @returns {Template} */
+/** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon
+ * @returns {Template} */
 function pad(player, way, key, icon) {
   const down = (/** @type {PointerEvent} */ event) => {
     /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);
     push(player, way, true);
   };
   const up = () => push(player, way, false);
-  return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)} @pointerdown=${down} @pointerup=${up}
-    @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
+  return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)}
+    @pointerdown=${down} @pointerup=${up} @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
 }
 
 /** @param {number} player @returns {Template | typeof nothing} */

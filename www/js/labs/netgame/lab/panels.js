@@ -16,6 +16,8 @@ import { lanes, overlays, toggleOverlay } from '../core/state.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 const COLOURS = ['green', 'red', 'sky', 'pink', 'orange', 'yellow', 'blue', 'grey'];
+/** @param {number} player */
+const colourOf = (player) => html`<small>(${t(`netgame.colour.${COLOURS[player % 8]}`)})</small>`;
 
 /** @param {number} player @returns {string} */
 export function nameOf(player) {
@@ -54,7 +56,7 @@ export function playerPanel(player) {
   const shooting = layout.value?.controls === 'aim' && byPerson(player);
   return html`<fieldset class="panel" data-player=${player % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${nameOf(player)}</legend>
-    <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : html`<small>(${t(`netgame.colour.${COLOURS[player % 8]}`)})</small>`}</h2>
+    <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : colourOf(player)}</h2>
       ${shooting ? trigger(player) : nothing}
       <button type="button" class="quiet" aria-label=${t('netgame.settings_of', { name: nameOf(player) })} title=${t('netgame.settings')}
         @click=${() => open({ kind: 'player', of: player })}>${icons.settings}</button></div>
@@ -104,16 +106,17 @@ function which(place, label) {
 /** @returns {Template} */
 export function messagesPanel() {
   const now = overlays.value;
-  const box = (/** @type {import('../core/state.js').Overlay} */ name) => html`<label
-    class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${t(`netgame.overlay.${name}`)}</span></label>`;
+  const box = (/** @type {import('../core/state.js').Overlay} */ name) => html`<label class="toggle"><input type="checkbox"
+    .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${t(`netgame.overlay.${name}`)}</span></label>`;
   const ids = offered.value.split(' ');
   const chosen = inspectors.value.find((one) => one.id === inspector.value);
-  return html`<div class="panel plainpanel"><div class="head"><h2>${t('netgame.marks')}</h2><take-away of="lane" data name=${t('netgame.messages')}></take-away></div>
-    <div class="lookrow"><label class="field choice" title=${t('netgame.lower')}><select aria-label=${t('netgame.lower_content')} @change=${(
-      /** @type {Event} */ event,
-    ) => {
-      inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
-    }}><option value="messages" .selected=${inspector.value === 'messages'}>${t('netgame.messages')}</option>
+  const inspect = (/** @type {Event} */ event) => {
+    inspector.value = /** @type {HTMLSelectElement} */ (event.target).value;
+  };
+  return html`<div class="panel plainpanel"><div class="head"><h2>${t('netgame.marks')}</h2><take-away of="lane" data
+      name=${t('netgame.messages')}></take-away></div>
+    <div class="lookrow"><label class="field choice" title=${t('netgame.lower')}><select aria-label=${t('netgame.lower_content')}
+      @change=${inspect}><option value="messages" .selected=${inspector.value === 'messages'}>${t('netgame.messages')}</option>
       ${inspectors.value
         .filter((one) => ids.includes(one.id))
         .map(

@@ -86,7 +86,8 @@ function connectionList() {
   )}</ol></section>`;
 }
 
-/** What stands below the scenario's text, once it is read. @type {import('@preact/signals-core').Signal<(() => Template | typeof nothing) | null>} */
+/** What stands below the scenario's text, once it is read.
+ * @type {import('@preact/signals-core').Signal<(() => Template | typeof nothing) | null>} */
 const notes = signal(null);
 
 /** @param {() => Template | typeof nothing} made */
@@ -137,12 +138,29 @@ function showMeets(frame) {
   }
 }
 
+/** What holds now, a column per player. @param {number} n @returns {Template} */
+function nowTable(n) {
+  const players = Array.from({ length: n }, (_, i) => i);
+  const nowRow = (/** @type {{id: string, unit: string}} */ { id, unit }) =>
+    html`<tr><th scope="row" title=${t(`netgame.now.${id}.tip`, { s: LATELY_S })}>${t(`netgame.now.${id}`)}</th>${players.map(
+      (i) => html`<td data-now=${`${id}/${i}`}>–</td>`,
+    )}
+        <td class="unit">${unit}</td></tr>`;
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}>
+    <table class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>${players.map(
+      (i) => html`<th scope="col">${letter(i)}</th>`,
+    )}<td></td></tr></thead>
+      <tbody>${rows().map(nowRow)}</tbody></table></div>`;
+}
+
 /** @returns {Template} */
 export function side() {
   const players = layout.value?.players ?? [];
   return html`<aside class="side" aria-label=${t('netgame.side')}>
     <div class="about">${aboutScenario()}
-      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> ${said(text)}</p>`)}
+      ${(layout.value?.notices ?? []).map(
+        (text) => html`<p role="note"><strong>${t('netgame.nothing_measured')}</strong> ${said(text)}</p>`,
+      )}
       ${notes.value?.() ?? nothing}</div>
     ${connectionList()}
     ${meets()}
@@ -155,20 +173,7 @@ export function side() {
     <section class="chart"><div class="head"><h3>${t('netgame.chart.buffer_ms')}</h3></div>
       <div class="plot" id="buffer-chart" role="img" aria-label=${t('netgame.chart.buffer.says')}></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
-    <div class="wide-table" tabindex="0" role="region" aria-label=${t('workbench.current')}>
-    <table class="data now"><caption>${t('workbench.now')}</caption><thead><tr><td></td>${players.map(
-      (_, i) => html`<th
-      scope="col">${letter(i)}</th>`,
-    )}<td></td></tr></thead>
-      <tbody>${rows().map(
-        (
-          row,
-        ) => html`<tr><th scope="row" title=${t(`netgame.now.${row.id}.tip`, { s: LATELY_S })}>${t(`netgame.now.${row.id}`)}</th>${players.map(
-          (_, i) => html`<td
-          data-now=${`${row.id}/${i}`}>–</td>`,
-        )}
-        <td class="unit">${row.unit}</td></tr>`,
-      )}</tbody></table></div>
+    ${nowTable(players.length)}
   </aside>`;
 }
 

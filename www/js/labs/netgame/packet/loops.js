@@ -59,7 +59,8 @@ export function placesOf(at) {
 
 /** @typedef {ReturnType<typeof placesOf>} Places */
 
-/** The corners of the way up to the last station, each with its time. @param {Places} places @param {Way} way @returns {{t: number, y: number}[]} */
+/** The corners of the way up to the last station, each with its time. @param {Places} places @param {Way} way
+ * @returns {{t: number, y: number}[]} */
 function corners({ y }, way) {
   const levels = /** @type {Record<import('./way.js').StationId, number[]>} */ ({
     touched: [y.game],
@@ -190,7 +191,8 @@ export function waitsOf(memory, player, now) {
   return packets.map((one) => ({ arrived: one.end_s, until: steps.get(one.tick) ?? Number.POSITIVE_INFINITY }));
 }
 
-/** The inputs that wait at the server, thin; a frame around what Figures 6 and 7 call the shared buffer. @param {Loops} at @param {Places} places */
+/** The inputs that wait at the server, thin; a frame around what Figures 6 and 7 call the shared buffer. @param {Loops} at
+ * @param {Places} places */
 function drawShared(at, places) {
   const { pen, colours, memory, way, now } = at;
   const { x, y, left, right, unit } = places;
@@ -215,7 +217,8 @@ function drawShared(at, places) {
   drawText(pen, colours, `${at.shared}: ${inside}`, right - 5, y.serverNet - unit * 0.62, { align: 'right', colour: colours.bufferText });
 }
 
-/** Each waiting time as a number where it is spent. @param {Loops} at @param {Places} places @param {{from: string, to: string, ms: number}[]} parts */
+/** Each waiting time as a number where it is spent. @param {Loops} at @param {Places} places
+ * @param {{from: string, to: string, ms: number}[]} parts */
 function drawNumbers(at, places, parts) {
   const { pen, colours, way } = at;
   const { x, y, unit, left, right } = places;

@@ -22,7 +22,8 @@ const REST = 0.25; /* of the way, that an arrived one stays while the next are f
 
 styleSheet('packet');
 
-/** The way as the text has it: another object only where a station or the fate is another. @type {import('@preact/signals-core').Signal<Way | null>} */
+/** The way as the text has it: another object only where a station or the fate is another.
+ * @type {import('@preact/signals-core').Signal<Way | null>} */
 const told = signal(null);
 /** The way in the drawing, which may have left the memory of events. @type {Way | null} */
 let kept = null;
@@ -216,7 +217,8 @@ function table(way) {
   return html`<table class="data stations"><caption class="unseen">${word('table')}</caption>
     <thead><tr><th scope="col">${word('station')}</th><th scope="col">${word('at')}</th><th scope="col">${word('wait')}</th></tr></thead>
     <tbody>${way.stations.map((_, i) => stationRow(way, i, parts[i - 1]?.ms))}</tbody>
-    <tfoot><tr><th scope="row">${word(way.fate === 'shown' ? 'total' : 'sofar')}</th><td></td><td data-total=${total}>${number(total, 1)} ms</td></tr></tfoot></table>
+    <tfoot><tr><th scope="row">${word(way.fate === 'shown' ? 'total' : 'sofar')}</th><td></td><td
+      data-total=${total}>${number(total, 1)} ms</td></tr></tfoot></table>
     ${way.repeats > 0 ? html`<p class="facts">${word('note.repeats', { count: way.repeats })}</p>` : nothing}
     ${way.snapshotsLost > 0 ? html`<p class="facts">${word('note.snapshots', { count: way.snapshotsLost })}</p>` : nothing}`;
 }

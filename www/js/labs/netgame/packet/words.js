@@ -27,6 +27,7 @@ export const ready = computed(() => read.value[language.value] !== undefined);
 /** @param {number} value @param {number} places @returns {string} */
 export const number = (value, places) => digits(value, places, places);
 
-/** A word by its key, with what stands for {names}. @param {string} key @param {Record<string, string | number>} [given] @returns {string} */
+/** A word by its key, with what stands for {names}. @param {string} key @param {Record<string, string | number>} [given]
+ * @returns {string} */
 export const word = (key, given = {}) =>
   (read.value[language.value]?.[key] ?? '').replace(/\{([^{}]*)\}/g, (_, name) => String(given[name] ?? ''));

@@ -5,8 +5,8 @@ import { t } from '../../../base/words.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /**
- * @typedef {{name: string, unit: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}}
- *  Curve */
+ * @typedef {{name: string, unit: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined,
+ * scale: number}} Curve */
 
 export const FEW = 3; /* players whose curves of others are drawn too */
 

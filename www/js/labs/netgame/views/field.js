@@ -100,8 +100,8 @@ function leastOf(at, shape) {
   return shape.kind === 'player' ? at.colours.text + 3 : 4;
 }
 
-/** Whether there is something to see: a shell only while it flies, and nothing that the player's snapshots do not contain. @param {Shape} shape
- * @param {Entity} e @returns {boolean} */
+/** Whether there is something to see: a shell only while it flies, and nothing that the player's snapshots do not contain.
+ * @param {Shape} shape @param {Entity} e @returns {boolean} */
 function seen(shape, e) {
   return (e.flags & E_UNKNOWN) === 0 && (shape.kind !== 'shell' || (e.flags & E_ACTIVE) !== 0);
 }

@@ -6,19 +6,21 @@ import { PERSON, PREDICTION, RECONCILIATION } from '../core/frame.js';
 
 /** @typedef {import('../core/frame.js').View} View */
 /** @typedef {import('../core/memory.js').Memory} Memory */
-/** value: empty while nothing was counted; `before` is the whole sentence then. @typedef {{term: string, before: string, value: string, after: string}} Sentence */
+/** value: empty while nothing was counted; `before` is the whole sentence then.
+ * @typedef {{term: string, before: string, value: string, after: string}} Sentence */
 
 /** Who a sentence is about. views: of all players; player: from 0 @typedef {{view: View, player: number, views: View[]}} Who */
 
-/** Whether the person at this page is this player: a player's own device has its seat; the board of a class is of no player; any other page belongs to
- * the only person. @param {Who} who */
+/** Whether the person at this page is this player: a player's own device has its seat; the board of a class is of no player; any other page
+ * belongs to the only person. @param {Who} who */
 export function isYou({ view, player, views }) {
   const { seat, board } = place.value;
   if (seat !== null) return seat === player;
   return !board && (view.flags & PERSON) !== 0 && views.filter(({ flags }) => (flags & PERSON) !== 0).length === 1;
 }
 
-/** Of the person at this page, or of a player's letter. @param {Who} who @param {string} key @param {import('../../../base/words.js').Values} [values] */
+/** Of the person at this page, or of a player's letter. @param {Who} who @param {string} key
+ * @param {import('../../../base/words.js').Values} [values] */
 const of = (who, key, values) => t(`netgame.says.${key}.${isYou(who) ? 'you' : 'one'}`, { name: letter(who.player), ...values });
 
 /** @param {Who} who @param {Memory} memory @returns {Sentence} */
