@@ -71,6 +71,7 @@ void ll_session_entry_release(ll_session_entry *session_entry)
         ll_session_destroy(session_entry->session);
     atomic_fetch_sub(&session_entry->host->usage.memory, session_entry->memory);
     ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+    ll_session_entry_leave_class_key(session_entry);
     pthread_mutex_destroy(&session_entry->lock);
     pthread_mutex_destroy(&session_entry->inbox.lock);
     pthread_cond_destroy(&session_entry->work.background_tick_done);
@@ -123,6 +124,9 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
     atomic_fetch_add(&session_entry->host->usage.log_bytes, bytes);
     if (session_entry->shared.client_bytes)
         atomic_fetch_add(session_entry->shared.client_bytes, bytes);
+    ll_class_key *key = atomic_load(&session_entry->shared.class_key);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_add(&key->used[LL_KEY_LOGS], bytes);
 }
 
 void ll_session_entry_on_line(void *context, const char *line, size_t length)
@@ -189,6 +193,9 @@ void ll_session_entry_save(ll_session_entry *session_entry)
                      .tick = info.tick,
                      .head_tick = info.head_tick,
                      .lines = stored->lines};
+    const ll_class_key *key = atomic_load(&session_entry->shared.class_key);
+    if (key)
+        memcpy(row.class_key, key->name, sizeof row.class_key);
     memcpy(row.id, identity->id, sizeof row.id);
     memcpy(row.code, identity->code, sizeof row.code);
     memcpy(row.keys, identity->keys, (size_t)identity->key_count * sizeof *row.keys);

@@ -17,7 +17,8 @@ static void fill(ll_host_entry *entry, ll_session_entry *session_entry, ll_time 
                              .parked = atomic_load(&session_entry->shared.parked),
                              .viewers = ll_session_entry_viewers(session_entry),
                              .created_ms = session_entry->identity.created_ms,
-                             .log_bytes = atomic_load(&session_entry->shared.log_bytes)};
+                             .log_bytes = atomic_load(&session_entry->shared.log_bytes),
+                             .class_key = atomic_load(&session_entry->shared.class_key)};
     ll_time last_used = atomic_load(&session_entry->shared.last_used);
     entry->idle_s = now > last_used ? ll_to_s(now - last_used) : 0;
     memcpy(entry->id, session_entry->identity.id, sizeof entry->id);

@@ -42,7 +42,11 @@ static const char later[] =
     " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
     " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
-    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;";
+    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;"
+    "ALTER TABLE code ADD COLUMN IF NOT EXISTS class_key text;"
+    "ALTER TABLE code ADD COLUMN IF NOT EXISTS log_bytes bigint NOT NULL DEFAULT 0;"
+    "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL;"
+    "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;";
 
 /* ---- opening ---- */
 
@@ -107,6 +111,7 @@ static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
                                            .ask = ll_pg_ask,
                                            .on_asked = ll_pg_on_asked,
                                            .reserve_code = ll_pg_reserve_code,
+                                           .count_keys = ll_pg_count_keys,
                                            .find_code = ll_pg_find_code,
                                            .open_class = ll_pg_open_class,
                                            .claim_class = ll_pg_claim_class,
