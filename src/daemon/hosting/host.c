@@ -10,6 +10,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/hosting/session_entry.h"
+#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;
@@ -127,6 +128,26 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
     ll_class_key *key = atomic_load(&session_entry->shared.class_key);
     if (key && !ll_store_is_shared(session_entry->host->store))
         atomic_fetch_add(&key->used[LL_KEY_LOGS], bytes);
+}
+
+ll_class_key *ll_host_named_key(const ll_host *host, const char *name)
+{
+    return ll_access_named_key(host->config.access, name);
+}
+
+void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key)
+{
+    atomic_store(&session_entry->shared.class_key, key);
+    atomic_store(&session_entry->shared.noted_bytes, -1);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_add(&key->used[LL_KEY_SESSIONS], 1);
+}
+
+void ll_session_entry_leave_class_key(ll_session_entry *session_entry)
+{
+    ll_class_key *key = atomic_exchange(&session_entry->shared.class_key, NULL);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_sub(&key->used[LL_KEY_SESSIONS], 1);
 }
 
 void ll_session_entry_on_line(void *context, const char *line, size_t length)

@@ -162,7 +162,7 @@ bool ll_host_allows_lookup(ll_host *host, const char *peer);
 /* Of an experiment or a class, by `class_key` or, if that is NULL, by the address. LL_LIMIT.
  * ll_host_create_session checks this itself. */
 ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key);
-/* Counts anew what class keys have in a shared store; no effect in another one. */
+/* Counts again what class keys have in a shared store; no effect in another one. */
 ll_status ll_host_count_keys(ll_host *host);
 
 /* What an operator sees of a session. */

@@ -284,7 +284,8 @@ ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not reg
 bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys,
                                int count); /* once; false without memory */
 void ll_session_entry_count_log(ll_session_entry *session_entry,
-                                int64_t bytes); /* of its lines; may be negative */
+                                int64_t bytes);                         /* of its lines; may be negative */
+ll_class_key *ll_host_named_key(const ll_host *host, const char *name); /* NULL: there is none */
 /* It counts for the key from here on; `key` may be NULL. Before it is registered. */
 void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key);
 void ll_session_entry_leave_class_key(ll_session_entry *session_entry);        /* and no longer */
@@ -339,11 +340,9 @@ bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char
 /* Drops it, and sends its viewers to where it is now; false: it is busy, or was dropped already. */
 bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *reason);
 
-/* ---- class_key.c ---- */
+/* ---- listing.c ---- */
 
-/* The class key of this name, or NULL; in a shared store its use is that of all daemons. */
-ll_class_key *ll_host_named_key(const ll_host *host, const char *name);
-bool ll_host_has_keys(const ll_host *host); /* that are to be counted in a shared store */
+bool ll_host_has_keys(const ll_host *host); /* class keys that are to be counted in a shared store */
 
 /* ---- claim.c ---- */
 

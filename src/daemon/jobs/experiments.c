@@ -334,8 +334,7 @@ static ll_status fits(ll_experiments *x, const ll_experiment *e)
 static ll_status key_full(ll_class_key *key)
 {
     atomic_fetch_add(&key->refused, 1);
-    return ll_error(LL_LIMIT,
-                    "experiments: must be at most %lld of the class key %s (experiments); delete one",
+    return ll_error(LL_LIMIT, "experiments: must be at most %lld of the class key %s (experiments)",
                     (long long)key->most[LL_KEY_EXPERIMENTS], key->name);
 }
 
