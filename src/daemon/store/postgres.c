@@ -34,19 +34,20 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
-/* What stores of an earlier laglab lack, and that one does not read. */
+/* What stores of an earlier laglab lack, and that one does not read. Classes before codes, as a commit of a
+ * daemon that runs locks them. */
 static const char later[] =
     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
     " answer text, made timestamptz NOT NULL DEFAULT now());"
     "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
     " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
     " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
+    "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
     "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS class_key text;"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS log_bytes bigint NOT NULL DEFAULT 0;"
-    "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL;"
-    "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;";
+    "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL;";
 
 /* ---- opening ---- */
 
