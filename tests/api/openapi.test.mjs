@@ -540,10 +540,13 @@ test('upgrades that are none', async () => {
 
 test('who may', async () => {
   const key = 'operator-of-this-lab-72';
+  const NORTH = { classes: null, sessions: 7, experiments: null, log_bytes: null, new_sessions_per_min: null };
   process.env.LAGLAB_OPERATOR_KEY = key;
-  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '3'] }).finally(
-    () => delete process.env.LAGLAB_OPERATOR_KEY,
-  );
+  process.env.LAGLAB_CLASS_KEY = 'north class-key-of-this-lab sessions=7';
+  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '4'] }).finally(() => {
+    delete process.env.LAGLAB_OPERATOR_KEY;
+    delete process.env.LAGLAB_CLASS_KEY;
+  });
   const s = client(closed.url),
     body = { creation: 'operator' },
     C = '/api/v1/creation';
@@ -567,9 +570,12 @@ test('who may', async () => {
     assert.equal((await call('get', S, {}, 200, { key }, s)).json.sessions[0].id, id);
     await call('get', S, {}, 400, { key, query: '?limit=0' }, s);
     await call('get', E, {}, 200, { key }, s);
+    const named = (await call('get', '/api/v1/class-keys', {}, 200, { key }, s)).json.class_keys;
+    assert.deepEqual(named, [{ name: 'north', used: { classes: 0, sessions: 0, experiments: 0, log_bytes: 0 }, most: NORTH, refused: 0 }]);
     for (const [method, path] of [
       ['get', S],
       ['get', E],
+      ['get', '/api/v1/class-keys'],
       ['put', C],
     ]) {
       await call(method, path, {}, 401, { body: method === 'put' ? body : undefined }, s);
@@ -578,6 +584,7 @@ test('who may', async () => {
     for (const [method, path] of [
       ['get', S],
       ['get', E],
+      ['get', '/api/v1/class-keys'],
       ['put', C],
     ])
       await call(method, path, {}, 429, { body: method === 'put' ? body : undefined, key: WRONG }, s);

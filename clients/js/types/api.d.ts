@@ -170,6 +170,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/class-keys": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The class keys that have names, with their quotas and what was made with them, for the operator.
+         * @description With a store that daemons share the counts are those of all of them together; `refused` is that of this daemon. Keys are never answered.
+         */
+        get: operations["listClassKeys"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/sessions": {
         parameters: {
             query?: never;
@@ -975,10 +995,35 @@ export interface components {
     schemas: {
         Creation: {
             /**
-             * @description All clients, clients with the class key, or the operator alone.
+             * @description All clients, clients with a class key, or the operator alone.
              * @enum {unknown}
              */
             creation: "open" | "class" | "operator";
+        };
+        /** @description Name of the class key that made it; null when it was made without one that has a name. */
+        ClassKeyName: string | null;
+        ClassKey: {
+            name: string;
+            used: {
+                /** @description Open ones. */
+                classes: number;
+                /** @description Boards and copies of its classes included. */
+                sessions: number;
+                experiments: components["schemas"]["Counter"];
+                /** @description Of the logs of these sessions. */
+                log_bytes: number;
+            };
+            /** @description The quotas; null where there is none. */
+            most: {
+                classes: number | null;
+                sessions: number | null;
+                experiments: number | null;
+                log_bytes: number | null;
+                /** @description null: the rate of `--max-new-sessions-per-min`. */
+                new_sessions_per_min: number | null;
+            };
+            /** @description Requests that a quota of the key refused at this daemon since its start. */
+            refused: number;
         };
         MetricTable: {
             /** @description Where the object stands in the metrics: empty, the metrics themselves; `methods.*`, each element of a list, or each member of an object. */
@@ -5217,7 +5262,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description A rate was exceeded. */
+        /** @description A rate or a number was exceeded, of the address or, if the request has a class key with a name, of that key. */
         TooMany: {
             headers: {
                 "Retry-After": number;
@@ -5506,6 +5551,33 @@ export interface operations {
             503: components["responses"]["Unavailable"];
         };
     };
+    listClassKeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The class keys, in the order of their file. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        class_keys: components["schemas"]["ClassKey"][];
+                    };
+                };
+            };
+            401: components["responses"]["NoKey"];
+            403: components["responses"]["Forbidden"];
+            421: components["responses"]["ForeignHost"];
+            429: components["responses"]["TooMany"];
+            503: components["responses"]["Unavailable"];
+        };
+    };
     listSessions: {
         parameters: {
             query?: {
@@ -5541,6 +5613,7 @@ export interface operations {
                             /** @description Since the last request. */
                             idle_s: number;
                             log_bytes: components["schemas"]["Counter"];
+                            class_key: components["schemas"]["ClassKeyName"];
                         }[];
                         next: number | null;
                     };
@@ -6048,6 +6121,7 @@ export interface operations {
                             version: string;
                             /** @description `laglab sweep` put it into the store; it has no owner. */
                             sweep: boolean;
+                            class_key: components["schemas"]["ClassKeyName"];
                         }[];
                     };
                 };

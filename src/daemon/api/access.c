@@ -39,6 +39,12 @@ bool ll_api_is_operator(const ll_api *api, const char *key)
     return ll_access_is_operator(access_of(api), key, strlen(key));
 }
 
+ll_class_key *ll_api_class_key(const ll_api *api, const ll_http_request *request)
+{
+    const char *key = ll_api_find_key(request);
+    return key ? ll_access_class_key(access_of(api), key, strlen(key)) : NULL;
+}
+
 bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
     int creation = creation_of(api);
@@ -88,6 +94,12 @@ static ll_status whole(const ll_http_request *request, const char *name, int64_t
     return ll_ok();
 }
 
+static void add_name(cJSON *json, const char *class_key)
+{
+    cJSON_AddItemToObject(json, "class_key",
+                          class_key[0] ? cJSON_CreateString(class_key) : cJSON_CreateNull());
+}
+
 static cJSON *describe_entry(const ll_host_entry *entry)
 {
     cJSON *json = cJSON_CreateObject();
@@ -100,6 +112,7 @@ static cJSON *describe_entry(const ll_host_entry *entry)
     cJSON_AddNumberToObject(json, "created_s", (double)(entry->created_ms / 1000));
     cJSON_AddNumberToObject(json, "idle_s", entry->idle_s);
     cJSON_AddNumberToObject(json, "log_bytes", (double)entry->log_bytes);
+    add_name(json, entry->class_key ? entry->class_key->name : "");
     return json;
 }
 
@@ -141,6 +154,7 @@ static void add_record(void *context, const ll_experiment_record *record)
     cJSON_AddNumberToObject(json, "created_s", (double)record->created_s);
     cJSON_AddStringToObject(json, "version", record->version);
     cJSON_AddBoolToObject(json, "sweep", record->owner_hash[0] == '\0');
+    add_name(json, record->class_key);
 }
 
 void ll_get_experiments(void *context, const ll_http_request *request, ll_http_response *response)
@@ -155,6 +169,50 @@ void ll_get_experiments(void *context, const ll_http_request *request, ll_http_r
         ll_api_problem(response, request, &status);
     else
         ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+/* ---- class keys ---- */
+
+/* As in the file; logs in bytes, as they are elsewhere. */
+static const char *quota_name(int quota)
+{
+    return quota == LL_KEY_LOGS ? "log_bytes" : ll_key_quota_names[quota];
+}
+
+static cJSON *describe_key(const ll_class_key *key)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "name", key->name);
+    cJSON *used = cJSON_AddObjectToObject(json, "used"), *most = cJSON_AddObjectToObject(json, "most");
+    for (int i = 0; i < LL_KEY_USES; i++)
+        cJSON_AddNumberToObject(used, quota_name(i), (double)atomic_load(&key->used[i]));
+    for (int i = 0; i < LL_KEY_QUOTAS; i++)
+        cJSON_AddItemToObject(most, quota_name(i),
+                              key->most[i] < 0 ? cJSON_CreateNull()
+                                               : cJSON_CreateNumber((double)key->most[i]));
+    cJSON_AddNumberToObject(json, "refused", (double)atomic_load(&key->refused));
+    return json;
+}
+
+void ll_get_class_keys(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    if (!is_operator(api, request, response))
+        return;
+    ll_status status = ll_host_count_keys(api->host);
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+        return;
+    }
+    ll_experiments_delete_expired(api->experiments);
+    const ll_class_keys *keys = &access_of(api)->class_keys;
+    cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "class_keys");
+    for (int i = 0; i < keys->count; i++) {
+        if (keys->keys[i].name[0])
+            cJSON_AddItemToArray(list, describe_key(&keys->keys[i]));
+    }
+    ll_http_json(response, 200, json);
     cJSON_Delete(json);
 }
 

@@ -31,13 +31,20 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
     return session_entry;
 }
 
-const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)
+const char *ll_api_find_key(const ll_http_request *request)
 {
     const char *header = ll_http_header(request, "Authorization");
-    if (header && strncasecmp(header, "Bearer ", 7) == 0) {
-        header += 7;
-        return header + strspn(header, " ");
-    }
+    if (!header || strncasecmp(header, "Bearer ", 7) != 0)
+        return NULL;
+    header += 7;
+    return header + strspn(header, " ");
+}
+
+const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)
+{
+    const char *key = ll_api_find_key(request);
+    if (key)
+        return key;
     ll_status error = ll_error(LL_FORBIDDEN, "Authorization: must be `Bearer KEY` with %s.", whose);
     ll_http_problem_as(response, request, 401, &error);
     ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");

@@ -58,12 +58,17 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
 bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
                     const ll_session_entry *session_entry, int player);
 
+/* The key of the request, if it has one; else NULL. */
+const char *ll_api_find_key(const ll_http_request *request);
 /* The key of the request; NULL: a 401 was answered that names the key needed, `whose`. */
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);
 
 /* Whether the request may create: any client, or only with the class key or the operator's. Otherwise answers
  * 401, 403 or 429. */
 bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response);
+/* The class key of the request, whose quotas count in place of the address's; NULL: it has none, or one
+ * without a name. */
+struct ll_class_key *ll_api_class_key(const ll_api *api, const ll_http_request *request);
 bool ll_api_is_operator(const ll_api *api, const char *key);
 
 /* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
@@ -101,7 +106,7 @@ ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experime
     ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_archive, ll_get_experiment_trace,
     ll_get_experiment_schema, ll_get_experiment_library;
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
-ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
+ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation, ll_get_class_keys;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;
 ll_http_handler ll_post_members, ll_get_member, ll_patch_member, ll_delete_member, ll_put_vote;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

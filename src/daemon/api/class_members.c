@@ -60,6 +60,7 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
                                 .group = ll_class_entry_id(entry),
                                 .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
                                 .peer = request->peer,
+                                .class_key = ll_class_entry_class_key(entry),
                                 .task = request->task};
     bool made = ll_api_make_session(api, request, response, &create, created);
     ll_session_entry_release(origin);

@@ -142,9 +142,9 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     cJSON *body = ll_api_optional_body(request, response), *state = NULL;
     if (!body)
         return;
-    ll_status status = ll_host_allows_creation(api->host, request->peer)
-                           ? ll_classes_open(api->classes, request->peer, key, &entry)
-                           : ll_error(LL_LIMIT, "Too many classes and sessions created from this address.");
+    ll_class_key *class_key = ll_api_class_key(api, request);
+    ll_status status = ll_host_check_rate(api->host, request->peer, class_key);
+    LL_THEN(status, ll_classes_open(api->classes, request->peer, class_key, key, &entry));
     ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
     if (c) {
         status = ll_class_change(c, body);
@@ -265,6 +265,7 @@ static bool fork_own(ll_api *api, const ll_class_entry *entry, const ll_http_req
                                 .group = ll_class_entry_id(entry),
                                 .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
                                 .peer = request->peer,
+                                .class_key = ll_class_entry_class_key(entry),
                                 .task = request->task};
     bool made = ll_api_make_session(api, request, response, &create, created);
     ll_session_entry_release(own);
@@ -286,7 +287,8 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
     ll_create_request made_here = {.seed = -1,
                                    .paused = true,
                                    .group = ll_class_entry_id(entry),
-                                   .group_most = ll_classes_get_config(api->classes)->max_class_sessions};
+                                   .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
+                                   .class_key = ll_class_entry_class_key(entry)};
     if (given)
         created.session_entry = find_own(api, body, request, response);
     else if (!ll_api_create_session(api, request, response, body, &made_here, &created))

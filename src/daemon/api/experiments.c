@@ -75,11 +75,11 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
     return status;
 }
 
-static ll_status answer_created(ll_api *api, const ll_experiment *e, const char *client,
+static ll_status answer_created(ll_api *api, const ll_experiment *e, const ll_http_request *request,
                                 ll_http_response *response)
 {
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
-    LL_TRY(ll_experiments_add(api->experiments, e, client, id, key));
+    LL_TRY(ll_experiments_add(api->experiments, e, request->peer, ll_api_class_key(api, request), id, key));
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", id);
     cJSON_AddStringToObject(json, "owner_key", key);
@@ -108,10 +108,9 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     bool dry_only = dry && strcmp(dry, "true") == 0;
     if (!ll_failed(&status) && dry_only && !request->task) /* before it counts towards the limits */
         status = ll_error(LL_INTERRUPTED, "a dry run needs a task");
-    if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
+    LL_THEN(status, ll_host_check_rate(api->host, request->peer, ll_api_class_key(api, request)));
     LL_THEN(status, dry_only ? answer_dry_run(api, e, request->task, response)
-                             : answer_created(api, e, request->peer, response));
+                             : answer_created(api, e, request, response));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);

@@ -8,9 +8,7 @@
 
 ll_status ll_api_job_allowed(ll_api *api, const ll_http_request *request)
 {
-    return ll_host_allows_creation(api->host, request->peer)
-               ? ll_ok()
-               : ll_error(LL_LIMIT, "Too many sessions and experiments created from this address.");
+    return ll_host_check_rate(api->host, request->peer, ll_api_class_key(api, request));
 }
 
 static void answer_begun(const char *path, const char *id, const char *key, ll_http_response *response)

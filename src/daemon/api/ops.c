@@ -3,6 +3,7 @@
 #include "daemon/class/classes.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/listener/prometheus.h"
+#include "daemon/support/access.h"
 #include "daemon/support/tasks.h"
 
 void ll_get_healthz(void *context, const ll_http_request *request, ll_http_response *response)
@@ -139,6 +140,35 @@ static void write_sharing(ll_http_response *r, ll_api *api, const ll_host_stats 
     ll_prometheus_counter(r, "states_used_total", s->states_used, "Sessions that began from a stored state.");
 }
 
+/* As last counted, in a shared store for all daemons together. Names of keys need no quoting. */
+static void write_keys(ll_http_response *r, ll_api *api)
+{
+    static const struct {
+        const char *name, *help;
+    } uses[LL_KEY_USES] = {
+        [LL_KEY_CLASSES] = {"class_key_classes", "Open classes, by the class key that opened them."},
+        [LL_KEY_SESSIONS] = {"class_key_sessions", "Sessions, by the class key that made them."},
+        [LL_KEY_EXPERIMENTS] = {"class_key_experiments", "Experiments, by the class key that made them."},
+        [LL_KEY_LOGS] = {"class_key_log_bytes", "Bytes of the logs of these sessions."}};
+    const ll_access *access = ll_host_get_config(api->host)->access;
+    int count = access ? access->class_keys.count : 0;
+    const ll_class_key *keys = count > 0 ? access->class_keys.keys : NULL;
+    if (!keys || !keys[0].name[0])
+        return;
+    for (int use = 0; use < LL_KEY_USES; use++) {
+        ll_prometheus_family(r, uses[use].name, "gauge", uses[use].help);
+        for (int i = 0; i < count; i++) {
+            int64_t used = atomic_load(&keys[i].used[use]);
+            ll_prometheus_labelled(r, uses[use].name, "name", keys[i].name, used > 0 ? (uint64_t)used : 0);
+        }
+    }
+    ll_prometheus_family(r, "class_key_refused_total", "counter",
+                         "Requests that a quota of the class key refused here.");
+    for (int i = 0; i < count; i++)
+        ll_prometheus_labelled(r, "class_key_refused_total", "name", keys[i].name,
+                               atomic_load(&keys[i].refused));
+}
+
 void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)request;
@@ -158,6 +188,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_prometheus_answered(response, &api->answered);
     ll_prometheus_tasks(response, &tasks, &d);
     write_refused(response, &s, &d);
+    write_keys(response, api);
     write_store(response, api);
     write_sharing(response, api, &s);
 }

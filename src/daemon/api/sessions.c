@@ -159,7 +159,7 @@ static char *create_new(ll_api *api, const ll_http_request *request, ll_http_res
 {
     cJSON *body = ll_api_body(request, response);
     ll_created_session created;
-    ll_create_request base = {.seed = -1, .answer = answer};
+    ll_create_request base = {.seed = -1, .answer = answer, .class_key = ll_api_class_key(api, request)};
     bool made = body && ll_api_create_session(api, request, response, body, &base, &created);
     cJSON_Delete(body);
     return made ? answer_session(response, &created) : NULL;
@@ -243,8 +243,12 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
     }
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
-        ll_create_request create = {
-            .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
+        ll_create_request create = {.origin = origin,
+                                    .seed = -1,
+                                    .paused = true,
+                                    .peer = request->peer,
+                                    .class_key = ll_api_class_key(api, request),
+                                    .task = request->task};
         ll_created_session created;
         ll_status status = ll_api_only(body, names);
         LL_THEN(status, read_options(body, &create));

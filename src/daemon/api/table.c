@@ -41,6 +41,7 @@ static const ll_http_route table[] = {
      .run_on = LL_HTTP_TASK,
      .query = "after,limit"},
     {.method = "GET", .pattern = V1 "/creation", .handler = ll_get_creation},
+    {.method = "GET", .pattern = V1 "/class-keys", .handler = ll_get_class_keys, .run_on = LL_HTTP_TASK},
     {.method = "PUT",
      .pattern = V1 "/creation",
      .handler = ll_put_creation,

@@ -104,7 +104,7 @@ ll_status ll_classes_find(ll_classes *classes, const char *name, const char *pee
 
 /* ---- opening and ending ---- */
 
-static ll_status check_quota(const ll_classes *classes, bool full, bool client_full)
+static ll_status check_quota(const ll_classes *classes, bool full, bool client_full, ll_class_key *full_key)
 {
     if (full)
         return ll_error(LL_LIMIT, "classes: must be at most %lld at once (--max-classes)",
@@ -114,7 +114,11 @@ static ll_status check_quota(const ll_classes *classes, bool full, bool client_f
                         "classes: must be at most %lld at once from one address "
                         "(--max-client-classes)",
                         (long long)classes->config.max_client_classes);
-    return ll_ok();
+    if (!full_key)
+        return ll_ok();
+    atomic_fetch_add(&full_key->refused, 1);
+    return ll_error(LL_LIMIT, "classes: must be at most %lld at once of the class key %s (classes)",
+                    (long long)full_key->most[LL_KEY_CLASSES], full_key->name);
 }
 
 static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
@@ -131,10 +135,12 @@ static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
 static ll_status add(ll_classes *classes, ll_class_entry *entry)
 {
     int64_t own = 0;
-    for (const ll_class_entry *other = classes->first; other; other = other->next)
-        own += other->client == entry->client;
+    ll_class_key *key = entry->class_key;
+    for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
+        own += !other->class_key && other->client == entry->client;
     LL_TRY(check_quota(classes, classes->count >= classes->config.max_classes,
-                       own >= classes->config.max_client_classes));
+                       own >= classes->config.max_client_classes,
+                       key && ll_class_key_is_full(key, LL_KEY_CLASSES) ? key : NULL));
     if (classes->stopping || !choose_names(classes, entry))
         return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
     entry->touched = true;
@@ -152,7 +158,8 @@ static ll_status add_shared(ll_classes *classes, ll_class_entry *entry)
         if (!ll_new_code(entry->code) || !ll_new_id(entry->id))
             break;
         LL_TRY(ll_class_entry_open_shared(entry, &opened));
-        LL_TRY(check_quota(classes, opened.full, opened.client_full));
+        LL_TRY(
+            check_quota(classes, opened.full, opened.client_full, opened.key_full ? entry->class_key : NULL));
         if (opened.taken)
             continue;
         entry->daemon = opened.daemon;
@@ -167,8 +174,8 @@ static ll_status add_shared(ll_classes *classes, ll_class_entry *entry)
     return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
 }
 
-ll_status ll_classes_open(ll_classes *classes, const char *peer, char key[LL_KEY_LENGTH + 1],
-                          ll_class_entry **result)
+ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *class_key,
+                          char key[LL_KEY_LENGTH + 1], ll_class_entry **result)
 {
     ll_key_hash hash;
     ll_class_entry *entry = calloc(1, sizeof *entry);
@@ -180,6 +187,7 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, char key[LL_KEY
     atomic_init(&entry->references, 1);
     entry->classes = classes;
     entry->client = ll_hash(0, peer, strlen(peer));
+    entry->class_key = class_key;
     entry->used = ll_host_now();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
     if (!ll_failed(&status) && ll_store_is_shared(classes->store)) {

@@ -45,9 +45,10 @@ void ll_classes_hand_over(ll_classes *classes);
 const ll_classes_config *ll_classes_get_config(const ll_classes *classes);
 int64_t ll_classes_count(ll_classes *classes);
 
-/* A new class with its teacher's key, which is not kept. LL_LIMIT: too many. */
-ll_status ll_classes_open(ll_classes *classes, const char *peer, char key[LL_KEY_LENGTH + 1],
-                          ll_class_entry **entry);
+/* A new class with its teacher's key, which is not kept. `class_key` (NULL: none): its quota counts in place
+ * of the address's, now and for the class's sessions. LL_LIMIT: too many. */
+ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *class_key,
+                          char key[LL_KEY_LENGTH + 1], ll_class_entry **entry);
 
 /* By code, in letters of either case, or by id. LL_NOT_FOUND; LL_LIMIT: this address looked up too many codes
  * that do not exist. In a shared store the class is claimed as a session is (ll_host_obtain, with the same
@@ -58,6 +59,7 @@ void ll_class_entry_release(ll_class_entry *entry); /* NULL: no effect */
 
 const char *ll_class_entry_id(const ll_class_entry *entry);
 const char *ll_class_entry_code(const ll_class_entry *entry);
+ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry); /* NULL: none */
 
 /* NULL: the class has ended or moved, and is not locked. */
 ll_class *ll_class_entry_lock(ll_class_entry *entry);

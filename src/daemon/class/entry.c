@@ -48,6 +48,8 @@ ll_status ll_class_entry_list(ll_class_entry *entry)
     entry->next = classes->first;
     classes->first = entry;
     classes->count++;
+    if (entry->class_key && !ll_store_is_shared(classes->store))
+        atomic_fetch_add(&entry->class_key->used[LL_KEY_CLASSES], 1);
     return status;
 }
 
@@ -59,6 +61,11 @@ const char *ll_class_entry_id(const ll_class_entry *entry)
 const char *ll_class_entry_code(const ll_class_entry *entry)
 {
     return entry->code;
+}
+
+ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry)
+{
+    return entry->class_key;
 }
 
 ll_class_entry *ll_classes_find_entry(const ll_classes *classes, const char *name, bool by_code)
@@ -89,6 +96,8 @@ void ll_classes_close_ended(ll_classes *classes)
         }
         *link = entry->next;
         classes->count--;
+        if (entry->class_key && !ll_store_is_shared(classes->store))
+            atomic_fetch_sub(&entry->class_key->used[LL_KEY_CLASSES], 1);
         if (!entry->moved)
             ll_store_delete_class(classes->store, entry->daemon, entry->id);
         pthread_mutex_unlock(&classes->lock);

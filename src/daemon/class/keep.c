@@ -9,6 +9,7 @@
 
 #include "base/hash.h"
 #include "daemon/class/internal.h"
+#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
 #define USE_NS (60 * LL_SECOND) /* between two notes of the last use */
@@ -20,6 +21,11 @@ static int64_t unix_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
+ll_class_key *ll_classes_named_key(const ll_classes *classes, const char *name)
+{
+    return name ? ll_access_named_key(ll_host_get_config(classes->host)->access, name) : NULL;
+}
+
 char *ll_class_entry_text(const ll_class_entry *entry)
 {
     char client[17];
@@ -27,6 +33,8 @@ char *ll_class_entry_text(const ll_class_entry *entry)
     cJSON *json = ll_class_save(&entry->values);
     cJSON_AddStringToObject(json, "code", entry->code);
     cJSON_AddStringToObject(json, "client", client);
+    if (entry->class_key)
+        cJSON_AddStringToObject(json, "class_key", entry->class_key->name);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     return text;
@@ -73,6 +81,8 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     atomic_init(&entry->references, 1);
     entry->classes = classes;
     entry->client = client ? strtoull(client, NULL, 16) : 0;
+    entry->class_key = ll_classes_named_key(
+        classes, cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "class_key")));
     entry->used = now - (idle_ms > 0 ? idle_ms : 0) * LL_MS;
     snprintf(entry->id, sizeof entry->id, "%s", id);
     snprintf(entry->code, sizeof entry->code, "%s", code);

@@ -48,12 +48,15 @@ ll_status ll_class_entry_open_shared(ll_class_entry *entry, ll_opened_class *ope
     ll_classes *classes = entry->classes;
     char client[24], *text = ll_class_entry_text(entry);
     snprintf(client, sizeof client, "%016llx", (unsigned long long)entry->client);
+    const ll_class_key *key = entry->class_key;
     ll_new_class wanted = {.id = entry->id,
                            .code = entry->code,
                            .text = text,
                            .client = client,
                            .most = classes->config.max_classes,
-                           .most_client = classes->config.max_client_classes};
+                           .most_client = classes->config.max_client_classes,
+                           .class_key = key ? key->name : "",
+                           .most_of_key = key ? key->most[LL_KEY_CLASSES] : -1};
     ll_status status = text ? ll_store_open_class(classes->store, &wanted, opened)
                             : ll_error(LL_NO_MEMORY, "out of memory: class");
     entry->stored = text ? ll_hash(1, text, strlen(text)) : 0;

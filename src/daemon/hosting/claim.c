@@ -48,6 +48,7 @@ static ll_status adopt(ll_session_entry *session_entry, const ll_claim *claim, l
     stored->hash = row->hash;
     session_entry->wall = ll_host_now();
     session_entry->claimed_at = why == LL_CLAIM_OWN ? 0 : session_entry->wall;
+    ll_session_entry_set_class_key(session_entry, ll_host_named_key(session_entry->host, row->class_key));
     ll_session_entry_count_log(session_entry, row->log_bytes);
     ll_host_name(session_entry->host, session_entry, row->code, row->created_ms);
     atomic_fetch_add(&session_entry->host->counts.claims[why], 1);

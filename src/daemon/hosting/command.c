@@ -113,6 +113,7 @@ bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char
     atomic_fetch_add(&session_entry->shared.cancels, 1);
     /* Not with the last reference: a sleeping worker may hold one for long. */
     ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+    ll_session_entry_leave_class_key(session_entry);
     if (!first)
         return false;
     if (session_entry->session)

@@ -76,18 +76,10 @@ static ll_status make_session(ll_session_entry *session_entry, const ll_create_r
     return status;
 }
 
-bool ll_host_allows_creation(ll_host *host, const char *peer)
-{
-    if (ll_rate_limits_take(host->creations, peer, ll_host_now()))
-        return true;
-    atomic_fetch_add(&host->refused.creations, 1);
-    return false;
-}
-
 static ll_status check_limits(ll_host *host, const ll_create_request *request)
 {
     LL_TRY(ll_host_check_store(host));
-    return ll_quota_check_session(host, request->peer,
+    return ll_quota_check_session(host, request->peer, request->class_key,
                                   request->origin ? atomic_load(&request->origin->shared.log_bytes) : 0);
 }
 
@@ -139,13 +131,31 @@ static ll_status full_group(const ll_create_request *request)
 static ll_status reserve_code(ll_host *host, ll_session_entry *session_entry,
                               const ll_create_request *request, bool *taken)
 {
-    ll_stem_quota quota = {.most = request->group_most};
+    ll_class_key *key = request->class_key;
+    ll_session_quota quota = {.most = request->group_most,
+                              .class_key = key ? key->name : "",
+                              .most_of_key = key ? key->most[LL_KEY_SESSIONS] : -1};
     if (request->group)
         memcpy(quota.stem, request->group, LL_STEM_LENGTH);
     ll_status status =
         ll_store_reserve_code(host->store, session_entry->stored.place.number, session_entry->identity.code,
-                              request->group ? &quota : NULL, taken);
-    return !ll_failed(&status) && quota.full ? full_group(request) : status;
+                              request->group || key ? &quota : NULL, taken);
+    if (ll_failed(&status))
+        return status;
+    return quota.full ? full_group(request) : quota.key_full ? ll_quota_key_full(key) : status;
+}
+
+/* In a store of this daemon alone. */
+static ll_status count_here(ll_host *host, ll_session_entry *session_entry, const ll_create_request *request)
+{
+    if (request->group && ll_host_count_stem(host, request->group) >= request->group_most)
+        return full_group(request);
+    if (!request->class_key)
+        return ll_ok();
+    if (!ll_class_key_take(request->class_key, LL_KEY_SESSIONS))
+        return ll_quota_key_full(request->class_key);
+    atomic_store(&session_entry->shared.class_key, request->class_key);
+    return ll_ok();
 }
 
 static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry,
@@ -154,9 +164,8 @@ static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry,
     LL_TRY(ll_store_new_place(host->store, &session_entry->stored.place));
     atomic_store(&session_entry->shared.claimed, true);
     if (!ll_store_is_shared(host->store))
-        return request->group && ll_host_count_stem(host, request->group) >= request->group_most
-                   ? full_group(request)
-                   : ll_ok();
+        return count_here(host, session_entry, request);
+    ll_session_entry_set_class_key(session_entry, request->class_key);
     for (int attempt = 0; attempt < 100; attempt++) {
         char *code = session_entry->identity.code;
         bool taken = true;
@@ -218,7 +227,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     }
     if (request->group)
         memcpy(session_entry->identity.id, request->group, LL_STEM_LENGTH);
-    session_entry->shared.client_bytes = ll_quota_client_bytes(host, request->peer);
+    session_entry->shared.client_bytes =
+        request->class_key ? NULL : ll_quota_client_bytes(host, request->peer);
     status = reserve_names(host, session_entry, request);
     if (ll_failed(&status)) {
         ll_scenario_free(&scenario);
@@ -244,7 +254,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     uint64_t ticket = session_entry->stored.ticket;
     pthread_mutex_unlock(&session_entry->lock);
     if (ll_failed(&status)) {
-        if (request->group && ll_store_is_shared(host->store))
+        if ((request->group || request->class_key) && ll_store_is_shared(host->store))
             ll_store_delete(host->store, session_entry->stored.place); /* its code counts */
         ll_session_entry_release(session_entry);
         return status;

@@ -54,6 +54,7 @@ void ll_session_entry_release(ll_session_entry *session_entry)
         ll_session_destroy(session_entry->session);
     atomic_fetch_sub(&session_entry->host->usage.memory, session_entry->memory);
     ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+    ll_session_entry_leave_class_key(session_entry);
     pthread_mutex_destroy(&session_entry->lock);
     pthread_mutex_destroy(&session_entry->inbox.lock);
     pthread_cond_destroy(&session_entry->work.background_tick_done);
@@ -106,6 +107,29 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
     atomic_fetch_add(&session_entry->host->usage.log_bytes, bytes);
     if (session_entry->shared.client_bytes)
         atomic_fetch_add(session_entry->shared.client_bytes, bytes);
+    ll_class_key *key = atomic_load(&session_entry->shared.class_key);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_add(&key->used[LL_KEY_LOGS], bytes);
+}
+
+ll_class_key *ll_host_named_key(const ll_host *host, const char *name)
+{
+    return ll_access_named_key(host->config.access, name);
+}
+
+void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key)
+{
+    atomic_store(&session_entry->shared.class_key, key);
+    atomic_store(&session_entry->shared.noted_bytes, -1);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_add(&key->used[LL_KEY_SESSIONS], 1);
+}
+
+void ll_session_entry_leave_class_key(ll_session_entry *session_entry)
+{
+    ll_class_key *key = atomic_exchange(&session_entry->shared.class_key, NULL);
+    if (key && !ll_store_is_shared(session_entry->host->store))
+        atomic_fetch_sub(&key->used[LL_KEY_SESSIONS], 1);
 }
 
 void ll_session_entry_on_line(void *context, const char *line, size_t length)

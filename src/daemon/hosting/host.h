@@ -129,6 +129,7 @@ typedef struct ll_create_request {
     const char *group;              /* id whose stem the session gets; NULL: none */
     int64_t group_most;             /* sessions with that stem, of all daemons together */
     const char *peer;               /* the client's address, for the rate limit */
+    struct ll_class_key *class_key; /* whose quotas count in place of the address's; NULL: none */
     struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
 } ll_create_request;
 
@@ -159,8 +160,11 @@ void ll_session_entry_release(ll_session_entry *session_entry);
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
-bool ll_host_allows_creation(
-    ll_host *host, const char *peer); /* of an experiment; ll_host_create_session checks this itself */
+/* Of an experiment or a class, by `class_key` or, if that is NULL, by the address. LL_LIMIT.
+ * ll_host_create_session checks this itself. */
+ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key);
+/* Counts again what class keys have in a shared store; no effect in another one. */
+ll_status ll_host_count_keys(ll_host *host);
 
 /* What an operator sees of a session. */
 typedef struct ll_host_entry {
@@ -170,7 +174,8 @@ typedef struct ll_host_entry {
     bool parked;
     int viewers;
     int64_t created_ms, log_bytes;
-    double idle_s; /* since the last request */
+    double idle_s;                        /* since the last request */
+    const struct ll_class_key *class_key; /* that it was made with; NULL: none */
 } ll_host_entry;
 
 /* Sessions with a serial above `after`, ascending, at most `most`. Caller frees `*entries`. */

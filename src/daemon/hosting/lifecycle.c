@@ -9,6 +9,8 @@
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
+#define COUNT_NS (2 * LL_SECOND) /* between two counts of what class keys have in a shared store */
+
 static ll_session_entry *expired(ll_host *host, ll_time before)
 {
     ll_session_entry *old = NULL;
@@ -53,24 +55,36 @@ static void expire_unowned(ll_host *host)
     atomic_fetch_add(&host->counts.expired, (uint64_t)deleted);
 }
 
+/* Locked, but not while it works. */
+static void reap(ll_host *host, ll_time *next_expiry, ll_time period)
+{
+    ll_time now = ll_host_now();
+    pthread_mutex_unlock(&host->registry.lock);
+    if (now >= *next_expiry) {
+        expire(host);
+        expire_unowned(host);
+        *next_expiry = now + period;
+    }
+    ll_host_count_keys(host); /* if the store fails: later */
+    pthread_mutex_lock(&host->registry.lock);
+}
+
 static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
     pthread_setname_np(pthread_self(), "reaper");
-    double period = host->config.session_ttl_s / 4;
-    if (period > 30)
-        period = 30;
+    double period_s = host->config.session_ttl_s / 4;
+    ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9), next_expiry = ll_host_now() + period;
     pthread_mutex_lock(&host->registry.lock);
     while (!host->registry.stopping) {
-        ll_time until = ll_host_now() + (ll_time)(period * 1e9);
+        ll_time until = ll_host_has_keys(host) ? ll_host_now() + COUNT_NS : next_expiry;
+        until = until < next_expiry ? until : next_expiry;
         struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
         while (!host->registry.stopping &&
                pthread_cond_timedwait(&host->registry.stop, &host->registry.lock, &deadline) == 0)
             ;
-        pthread_mutex_unlock(&host->registry.lock);
-        expire(host);
-        expire_unowned(host);
-        pthread_mutex_lock(&host->registry.lock);
+        if (!host->registry.stopping)
+            reap(host, &next_expiry, period);
     }
     pthread_mutex_unlock(&host->registry.lock);
     return NULL;
@@ -94,6 +108,7 @@ static void add_stored(void *context, const ll_stored *stored)
     mine->tick = stored->tick;
     mine->head_tick = stored->head_tick;
     session_entry->stored.lines = stored->lines;
+    ll_session_entry_set_class_key(session_entry, ll_host_named_key(host, stored->class_key));
     ll_session_entry_count_log(session_entry, stored->log_bytes);
     session_entry->identity.created_ms = stored->created_ms;
     if (!ll_session_entry_set_keys(session_entry, stored->keys, stored->key_count)) {
@@ -186,6 +201,7 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         LL_TRY(ll_worker_start(&host->workers[i]));
     }
     LL_TRY(ll_keeper_start(host));
+    LL_TRY(ll_host_count_keys(host));
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }

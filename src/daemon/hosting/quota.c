@@ -1,5 +1,6 @@
 #include "daemon/hosting/quota.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "base/hash.h"
@@ -55,6 +56,26 @@ static ll_status client_full(ll_host *host, _Atomic int64_t *client_bytes, int64
                     (double)now / mebi, (double)most / mebi);
 }
 
+static ll_status key_logs_full(ll_host *host, ll_class_key *key, int64_t more)
+{
+    int64_t most = key->most[LL_KEY_LOGS], now = atomic_load(&key->used[LL_KEY_LOGS]);
+    if (most < 0 || (now < most && more <= most - now))
+        return ll_ok();
+    atomic_fetch_add(&host->refused.logs, 1);
+    atomic_fetch_add(&key->refused, 1);
+    return ll_error(LL_IO,
+                    "Session logs of the class key %s use %.1f of %.1f MiB (logs_mib); delete some of its "
+                    "sessions first.",
+                    key->name, (double)now / mebi, (double)most / mebi);
+}
+
+ll_status ll_quota_key_full(ll_class_key *key)
+{
+    atomic_fetch_add(&key->refused, 1);
+    return ll_error(LL_LIMIT, "sessions: must be at most %lld of the class key %s (sessions)",
+                    (long long)key->most[LL_KEY_SESSIONS], key->name);
+}
+
 ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
 {
     ll_host *host = session_entry->host;
@@ -64,23 +85,65 @@ ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
         return ll_error(LL_IO, "Log of this session has %.1f MiB; the limit is reached (max_log_mib).",
                         (double)now / mebi);
     }
-    ll_status status = clock ? ll_ok() : client_full(host, session_entry->shared.client_bytes, 0);
+    ll_class_key *key = atomic_load(&session_entry->shared.class_key);
+    ll_status status = clock ? ll_ok()
+                       : key ? key_logs_full(host, key, 0)
+                             : client_full(host, session_entry->shared.client_bytes, 0);
     return clock || ll_failed(&status) ? status : total_full(host, 0);
 }
 
-ll_status ll_quota_check_session(ll_host *host, const char *client, int64_t bytes)
+/* New sessions per minute of a key, or of an address. */
+static double rate_of(const ll_host *host, const ll_class_key *key)
+{
+    return key && key->most[LL_KEY_RATE] > 0 ? (double)key->most[LL_KEY_RATE]
+                                             : host->config.max_new_sessions_per_min;
+}
+
+/* Addresses and keys have buckets of one size: where more sessions fit, each takes less. */
+static bool take_rate(ll_host *host, const char *client, const ll_class_key *key, double sessions)
+{
+    char bucket[LL_KEY_NAME_MAX + 16];
+    snprintf(bucket, sizeof bucket, "class key %s", key ? key->name : "");
+    double cost = host->config.max_new_sessions_per_min / rate_of(host, key);
+    return ll_rate_limits_take_many(host->creations, key ? bucket : client, sessions * cost, ll_host_now());
+}
+
+static ll_status rate_full(ll_host *host, ll_class_key *key)
+{
+    atomic_fetch_add(&host->refused.creations, 1);
+    if (!key)
+        return ll_error(LL_LIMIT, "sessions: must be at most %g/min for one address",
+                        host->config.max_new_sessions_per_min);
+    atomic_fetch_add(&key->refused, 1);
+    return ll_error(LL_LIMIT, "sessions: must be at most %g/min of the class key %s (new_sessions_per_min)",
+                    rate_of(host, key), key->name);
+}
+
+ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key)
+{
+    if (take_rate(host, peer, key, 1))
+        return ll_ok();
+    ll_status status = rate_full(host, key);
+    return key ? status
+               : ll_error(LL_LIMIT, "Too many classes, sessions and experiments created from this address.");
+}
+
+ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes)
 {
     ll_status status = total_full(host, bytes);
-    LL_THEN(status, client_full(host, ll_quota_client_bytes(host, client), bytes));
+    LL_THEN(status, key ? key_logs_full(host, key, bytes)
+                        : client_full(host, ll_quota_client_bytes(host, client), bytes));
     if (ll_failed(&status))
         return status;
+    if (key && ll_class_key_is_full(key, LL_KEY_SESSIONS) && !ll_store_is_shared(host->store))
+        return ll_quota_key_full(key);
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
-    if (ll_rate_limits_take_many(host->creations, client, sessions, ll_host_now()))
+    if (take_rate(host, client, key, sessions))
         return status;
-    atomic_fetch_add(&host->refused.creations, 1);
-    return sessions > 1 ? ll_error(LL_LIMIT,
-                                   "sessions: must be at most %g/min for one address; this fork of a log of "
-                                   "%.1f MiB counts as %g",
-                                   most, (double)bytes / mebi, sessions)
-                        : ll_error(LL_LIMIT, "sessions: must be at most %g/min for one address", most);
+    status = rate_full(host, key);
+    return sessions > 1 && !key ? ll_error(LL_LIMIT,
+                                           "sessions: must be at most %g/min for one address; this fork of a "
+                                           "log of %.1f MiB counts as %g",
+                                           most, (double)bytes / mebi, sessions)
+                                : status;
 }

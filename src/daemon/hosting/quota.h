@@ -17,8 +17,11 @@ struct ll_scenario;
  * client's disconnect and the daemon's end take effect only between ticks. Any thread. */
 ll_status ll_quota_check_state(const ll_host_config *config, const struct ll_scenario *scenario);
 
-/* For a new session whose log begins with `bytes`, for a fork those of its origin. LL_IO when they do not
- * fit, LL_LIMIT when the client created too many: each started LL_QUOTA_FORK_BYTES count as one session. */
-ll_status ll_quota_check_session(ll_host *host, const char *client, int64_t bytes);
+/* For a new session whose log begins with `bytes`, for a fork those of its origin, of a class key or, if that
+ * is NULL, of the client. LL_IO when they do not fit, LL_LIMIT when it created too many: each started
+ * LL_QUOTA_FORK_BYTES count as one session. */
+ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes);
+
+ll_status ll_quota_key_full(ll_class_key *key); /* of sessions: LL_LIMIT */
 
 enum { LL_QUOTA_FORK_BYTES = 64 << 10 };

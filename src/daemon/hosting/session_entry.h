@@ -9,6 +9,7 @@
 
 #include "daemon/hosting/host.h"
 #include "daemon/store/shared.h"
+#include "daemon/support/class_keys.h"
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
 
@@ -66,11 +67,13 @@ typedef struct ll_entry_shared {
     _Atomic int status;        /* last seen ll_session_status, or -1: not in memory; for the statistics */
     atomic_bool parked;
     _Atomic int64_t log_bytes;     /* of its stored lines */
-    _Atomic int64_t *client_bytes; /* log bytes of its creator; NULL: unknown since a restart */
-    atomic_bool pending;           /* the worker has something to do */
-    _Atomic ll_time next_visit;    /* time of the worker's next visit, unless something is pending */
-    atomic_bool has_task;          /* a task of the daemon runs it */
-    _Atomic uint32_t cancels;      /* counts events that make a background tick useless */
+    _Atomic int64_t *client_bytes; /* log bytes of its creator; NULL: unknown since a restart, or a key's */
+    _Atomic(ll_class_key *) class_key; /* that it was made with; NULL: none, or it was dropped */
+    _Atomic int64_t noted_bytes;       /* size of its log that a shared store has for its key's quota */
+    atomic_bool pending;               /* the worker has something to do */
+    _Atomic ll_time next_visit;        /* time of the worker's next visit, unless something is pending */
+    atomic_bool has_task;              /* a task of the daemon runs it */
+    _Atomic uint32_t cancels;          /* counts events that make a background tick useless */
     atomic_bool
         claimed; /* it is known who the session is: false only of a shared store, until it is claimed */
     atomic_bool dropped; /* its stream is closed; it is about to leave the registry */
@@ -281,7 +284,11 @@ ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not reg
 bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys,
                                int count); /* once; false without memory */
 void ll_session_entry_count_log(ll_session_entry *session_entry,
-                                int64_t bytes); /* of its lines; may be negative */
+                                int64_t bytes);                         /* of its lines; may be negative */
+ll_class_key *ll_host_named_key(const ll_host *host, const char *name); /* NULL: there is none */
+/* It counts for the key from here on; `key` may be NULL. Before it is registered. */
+void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key);
+void ll_session_entry_leave_class_key(ll_session_entry *session_entry);        /* and no longer */
 void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
 void ll_session_entry_update_stats(
@@ -330,6 +337,10 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry,
 bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char *reason);
 /* Drops it, and sends its viewers to where it is now; false: it is busy, or was dropped already. */
 bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *reason);
+
+/* ---- listing.c ---- */
+
+bool ll_host_has_keys(const ll_host *host); /* class keys that are to be counted in a shared store */
 
 /* ---- claim.c ---- */
 

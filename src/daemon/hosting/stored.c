@@ -147,6 +147,9 @@ void ll_session_entry_save(ll_session_entry *session_entry)
                      .tick = info.tick,
                      .head_tick = info.head_tick,
                      .lines = stored->lines};
+    const ll_class_key *key = atomic_load(&session_entry->shared.class_key);
+    if (key)
+        memcpy(row.class_key, key->name, sizeof row.class_key);
     memcpy(row.id, identity->id, sizeof row.id);
     memcpy(row.code, identity->code, sizeof row.code);
     memcpy(row.keys, identity->keys, (size_t)identity->key_count * sizeof *row.keys);

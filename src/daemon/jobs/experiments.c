@@ -9,6 +9,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/jobs/progress_stream.h"
+#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 #include "experiment/run/work.h"
 
@@ -51,6 +52,8 @@ struct ll_experiments {
  * store have no owner; the daemon neither counts nor deletes them. */
 typedef struct experiment_counts {
     int64_t present;
+    const ll_access *access;
+    int64_t of_key[LL_CLASS_KEYS_MAX];
     double ttl_s, run_ttl_s;
     char expired[LL_EXPERIMENT_ID_MAX + 1];  /* empty: none */
     char too_long[LL_EXPERIMENT_ID_MAX + 1]; /* has run longer than its time */
@@ -63,6 +66,9 @@ static void count(void *context, const ll_experiment_record *record)
     if (!record->owner_hash[0])
         return;
     c->present++;
+    const ll_class_key *key = ll_access_named_key(c->access, record->class_key);
+    if (key)
+        c->of_key[key - c->access->class_keys.keys]++;
     if (!over && (double)record->age_s > c->run_ttl_s)
         snprintf(c->too_long, sizeof c->too_long, "%s", record->id);
     if (over && (double)record->age_s > c->ttl_s)
@@ -107,14 +113,23 @@ static void drop_creator(ll_experiments *x, const char *id)
     free(gone);
 }
 
+static void note_keys(const experiment_counts *c)
+{
+    for (int i = 0; c->access && i < c->access->class_keys.count; i++)
+        atomic_store(&c->access->class_keys.keys[i].used[LL_KEY_EXPERIMENTS], c->of_key[i]);
+}
+
 /* Cancels experiments that have run too long, deletes expired ones, counts the others. */
 static ll_status expire(ll_experiments *x, int64_t *present)
 {
     for (;;) {
-        experiment_counts c = {.ttl_s = x->config->experiment_ttl_s,
+        experiment_counts c = {.access = x->config->access,
+                               .ttl_s = x->config->experiment_ttl_s,
                                .run_ttl_s = x->config->experiment_run_ttl_s};
         ll_status status = x->store->kind->list(x->store, count, &c);
         *present = c.present;
+        if (!ll_failed(&status))
+            note_keys(&c);
         if (ll_failed(&status) || (!c.expired[0] && !c.too_long[0]))
             return status;
         if (c.too_long[0])
@@ -316,7 +331,14 @@ static ll_status fits(ll_experiments *x, const ll_experiment *e)
                     (double)there / mebi, (double)most / mebi, (double)wanted / mebi);
 }
 
-static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *client)
+static ll_status key_full(ll_class_key *key)
+{
+    atomic_fetch_add(&key->refused, 1);
+    return ll_error(LL_LIMIT, "experiments: must be at most %lld of the class key %s (experiments)",
+                    (long long)key->most[LL_KEY_EXPERIMENTS], key->name);
+}
+
+static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *client, ll_class_key *key)
 {
     int64_t present = 0;
     if (e->runs > x->config->max_experiment_runs)
@@ -325,7 +347,9 @@ static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *
     ll_status status = expire(x, &present);
     if (!ll_failed(&status) && present >= x->config->max_experiments)
         status = ll_error(LL_LIMIT, "Limit of %lld experiments reached.", (long long)present);
-    int64_t made = created_by(x, client);
+    if (!ll_failed(&status) && key && ll_class_key_is_full(key, LL_KEY_EXPERIMENTS))
+        status = key_full(key);
+    int64_t made = key ? 0 : created_by(x, client);
     if (!ll_failed(&status) && made >= x->config->max_client_experiments)
         status =
             ll_error(LL_LIMIT,
@@ -335,10 +359,14 @@ static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *
 }
 
 ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const char *client,
-                             char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1])
+                             ll_class_key *class_key, char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1])
 {
     ll_experiment_record record = {.to = e->runs};
-    LL_TRY(allowed(x, e, client));
+    LL_TRY(allowed(x, e, client, class_key));
+    if (class_key) {
+        snprintf(record.class_key, sizeof record.class_key, "%s", class_key->name);
+        record.most_of_key = class_key->most[LL_KEY_EXPERIMENTS];
+    }
     if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
         return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
     snprintf(record.id, sizeof record.id, "%s", id);
@@ -350,8 +378,11 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     free(text);
     if (x->workers)
         ll_workers_notify(x->workers);
+    if (status.code == LL_LIMIT && class_key)
+        status = key_full(class_key);
     if (!ll_failed(&status)) {
-        note_creator(x, id, client);
+        if (!class_key)
+            note_creator(x, id, client);
         ll_progress_add(atomic_load(&x->progress), id);
     }
     return status;

@@ -21,9 +21,10 @@ ll_status ll_experiments_open_streams(ll_experiments *experiments, ll_ws *ws);
 ll_result_store *ll_experiments_store(ll_experiments *experiments);
 
 /* Registers an experiment and starts it. Generates `id` and `key`; the key is not kept. LL_LIMIT: too many
- * runs, or too many experiments, in total or of this client. LL_IO: its results would not fit. */
+ * runs, or too many experiments, in total, of `class_key` or, if that is NULL, of this client. LL_IO: its
+ * results would not fit. */
 ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment, const char *client,
-                             char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
+                             ll_class_key *class_key, char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
 
 /* Reads the record, and its specification into `experiment` unless that is NULL. */
 ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_experiment_record *record,
@@ -33,7 +34,7 @@ bool ll_experiments_permits(const ll_experiment_record *record, const char *key)
 /* LL_CONFLICT: it has ended, or it is of another version, which this one cannot resume. */
 ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
                              ll_experiment_state state);
-/* Cancels experiments that have run too long, and deletes expired ones. */
+/* Cancels experiments that have run too long, deletes expired ones, and counts those of class keys. */
 void ll_experiments_delete_expired(ll_experiments *experiments);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 

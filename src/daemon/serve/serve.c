@@ -294,6 +294,7 @@ int ll_serve(const ll_serve_config *config)
     ll_status status = start(d);
     if (ll_failed(&status)) {
         stop(d);
+        ll_access_close(&d->access);
         free(d);
         if (status.code == LL_INTERRUPTED) {
             ll_log_write("info", "stopping", "%s", status.text);
@@ -305,6 +306,7 @@ int ll_serve(const ll_serve_config *config)
     fflush(stdout);
     wait_for_end(d);
     status = stop(d);
+    ll_access_close(&d->access);
     free(d);
     if (ll_failed(&status)) {
         ll_log_write("error", "not everything was stored", "%s", status.text);

@@ -34,7 +34,8 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
-/* What stores of an earlier laglab lack, and that one does not read. */
+/* What stores of an earlier laglab lack, and that one does not read. Classes before codes, as a commit of a
+ * daemon that runs locks them. */
 static const char later[] =
     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
     " answer text, made timestamptz NOT NULL DEFAULT now());"
@@ -43,8 +44,12 @@ static const char later[] =
     " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
     "CREATE TABLE IF NOT EXISTS state(session bigint PRIMARY KEY, body bytea NOT NULL);"
     "ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL;" /* it is compressed already */
+    "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
-    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;";
+    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;"
+    "ALTER TABLE code ADD COLUMN IF NOT EXISTS class_key text;"
+    "ALTER TABLE code ADD COLUMN IF NOT EXISTS log_bytes bigint NOT NULL DEFAULT 0;"
+    "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL;";
 
 /* ---- opening ---- */
 
@@ -109,6 +114,7 @@ static const ll_shared_kind shared_kind = {.fenced = ll_pg_fenced,
                                            .ask = ll_pg_ask,
                                            .on_asked = ll_pg_on_asked,
                                            .reserve_code = ll_pg_reserve_code,
+                                           .count_keys = ll_pg_count_keys,
                                            .find_code = ll_pg_find_code,
                                            .read_state = ll_pg_read_state,
                                            .open_class = ll_pg_open_class,

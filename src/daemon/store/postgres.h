@@ -1,7 +1,8 @@
 /* Shared by the files of the store in PostgreSQL, lower ones first: postgres_link.c (connections),
  * postgres_commit.c (the writer), postgres_claim.c (sessions), postgres_state.c (their states),
- * postgres_class.c (classes), postgres_answer.c (repeated requests), postgres_lease.c (the lease thread),
- * postgres.c (tables, opening), postgres_import.c (a folder's sessions). Not for other rooms. */
+ * postgres_quota.c (codes and quotas), postgres_class.c (classes), postgres_answer.c (repeated requests),
+ * postgres_lease.c (the lease thread), postgres.c (tables, opening), postgres_import.c (a folder's sessions).
+ * Not for other rooms. */
 #pragma once
 
 #include <stdatomic.h>
@@ -69,9 +70,6 @@ bool ll_pg_read_owner(const pg_link *link, ll_claim *claim);
 ll_status ll_pg_release_id(ll_store *store, const char *id);
 ll_status ll_pg_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *marked);
 ll_status ll_pg_ask(ll_store *store, int64_t owner, const char *id);
-ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
-                             bool *taken);
-ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted);
 ll_status ll_pg_replace(ll_store *store);
 ll_status ll_pg_drain(ll_store *store);
@@ -79,6 +77,14 @@ ll_status ll_pg_drain(ll_store *store);
 /* ---- postgres_state.c ---- */
 
 ll_status ll_pg_read_state(ll_store *store, int64_t number, ll_stored_state *state);
+
+/* ---- postgres_quota.c ---- */
+
+ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_session_quota *quota,
+                             bool *taken);
+ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
+ll_status ll_pg_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+                           void (*each)(void *context, const ll_key_use *use), void *context);
 
 /* ---- postgres_class.c ---- */
 

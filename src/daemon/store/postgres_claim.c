@@ -45,7 +45,8 @@ static const char claim_sql[] =
     " owner=$1::bigint OR owner IN (SELECT inc FROM daemon WHERE state='dead'))"
     " AND NOT EXISTS (SELECT 1 FROM class WHERE stem=left($3,10) AND owner IS DISTINCT FROM $1::bigint)"
     " RETURNING no, code, created_ms, (extract(epoch FROM now()-seen)*1000)::bigint, encode(keys,'hex'),"
-    " playing, speed, tick, head_tick, hash_tick, hash_lines, hash, (SELECT owner FROM old)";
+    " playing, speed, tick, head_tick, hash_tick, hash_lines, hash, (SELECT owner FROM old),"
+    " (SELECT c.class_key FROM code c WHERE c.session=session.no LIMIT 1)";
 
 static void read_claim(const pg_link *link, const char *id, int64_t daemon, ll_claim *claim)
 {
@@ -62,6 +63,7 @@ static void read_claim(const pg_link *link, const char *id, int64_t daemon, ll_c
                        .hash = (uint64_t)ll_pg_whole(link, 0, 11)};
     snprintf(row->id, sizeof row->id, "%s", id);
     snprintf(row->code, sizeof row->code, "%s", ll_pg_text(link, 0, 1));
+    snprintf(row->class_key, sizeof row->class_key, "%s", ll_pg_text(link, 0, 13));
     read_keys(row, ll_pg_text(link, 0, 4));
     claim->result = LL_CLAIM_DONE;
     claim->why = ll_pg_null(link, 0, 12)              ? LL_CLAIM_FREE
@@ -202,67 +204,6 @@ ll_status ll_pg_new_numbers(ll_store *store, int64_t *first, int64_t *past)
         *past = *first + NUMBERS;
     }
     return READ(s, good, "Numbering a session");
-}
-
-/* ---- codes ---- */
-
-/* Who makes another session with this stem waits for the end of the transaction, and counts then. */
-static bool reserve_within(pg_link *link, int64_t number, const char *code, ll_stem_quota *quota, bool *taken)
-{
-    bool good = ll_pg_run(link, "BEGIN") &&
-                ll_pg_query(link, "SELECT pg_advisory_xact_lock(7817204, hashtext($1))", "t", quota->stem) &&
-                ll_pg_query(link, "SELECT count(*) FROM code WHERE stem=$1", "t", quota->stem);
-    if (!good)
-        return false;
-    quota->full = ll_pg_whole(link, 0, 0) >= quota->most;
-    *taken = false;
-    if (!quota->full) {
-        good = ll_pg_query(
-            link, "INSERT INTO code(code,session,stem) VALUES($1,$2::bigint,$3) ON CONFLICT DO NOTHING",
-            "tit", code, number, quota->stem);
-        *taken = good && ll_pg_changed(link) == 0;
-    }
-    return good && ll_pg_run(link, "COMMIT");
-}
-
-static ll_status reserve_with_quota(postgres_store *s, int64_t number, const char *code, ll_stem_quota *quota,
-                                    bool *taken)
-{
-    pg_link *link = &s->reader;
-    ll_pg_enter(s, link);
-    ll_status status = reserve_within(link, number, code, quota, taken)
-                           ? ll_ok()
-                           : ll_pg_failure(s, link, "Reserving a code");
-    if (ll_failed(&status) && PQtransactionStatus(link->db) != PQTRANS_IDLE)
-        ll_pg_run(link, "ROLLBACK");
-    return ll_pg_leave(link, status);
-}
-
-ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
-                             bool *taken)
-{
-    postgres_store *s = (postgres_store *)store;
-    if (quota)
-        return reserve_with_quota(s, number, code, quota, taken);
-    ll_pg_enter(s, &s->reader);
-    bool good =
-        ll_pg_query(&s->reader, "INSERT INTO code(code,session) VALUES($1,$2::bigint) ON CONFLICT DO NOTHING",
-                    "ti", code, number);
-    *taken = good && ll_pg_changed(&s->reader) == 0;
-    return READ(s, good, "Reserving a code");
-}
-
-ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1])
-{
-    postgres_store *s = (postgres_store *)store;
-    ll_pg_enter(s, &s->reader);
-    bool good = ll_pg_query(
-        &s->reader, "SELECT s.id FROM code c JOIN session s ON s.no=c.session WHERE c.code=$1", "t", code);
-    bool found = good && PQntuples(s->reader.result) > 0;
-    if (found)
-        snprintf(id, LL_ID_LENGTH + 1, "%s", ll_pg_text(&s->reader, 0, 0));
-    ll_status status = READ(s, good, "Looking up a code");
-    return ll_failed(&status) || found ? status : ll_error(LL_NOT_FOUND, "Code not found.");
 }
 
 /* ---- old rows ---- */

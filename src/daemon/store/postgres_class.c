@@ -10,8 +10,8 @@
 static const char open_sql[] =
     "WITH me AS MATERIALIZED (SELECT 1 FROM daemon WHERE inc=$1::bigint AND token=$2::uuid AND state='up'"
     " FOR SHARE)"
-    " INSERT INTO class(id,stem,code,client,engine,owner,body,seen)"
-    " SELECT $3,left($3,10),$4,$5,$6,$1::bigint,$7,now() FROM me ON CONFLICT DO NOTHING";
+    " INSERT INTO class(id,stem,code,client,engine,owner,body,seen,class_key)"
+    " SELECT $3,left($3,10),$4,$5,$6,$1::bigint,$7,now(),nullif($8,'') FROM me ON CONFLICT DO NOTHING";
 
 /* Within a transaction and a lock, so that the quotas hold for all daemons together. */
 static bool open_class(postgres_store *s, const pg_self *self, const ll_new_class *wanted,
@@ -19,15 +19,19 @@ static bool open_class(postgres_store *s, const pg_self *self, const ll_new_clas
 {
     pg_link *link = &s->reader;
     bool good = ll_pg_run(link, "BEGIN") && ll_pg_run(link, "SELECT pg_advisory_xact_lock(7817203)") &&
-                ll_pg_query(link, "SELECT count(*), count(*) FILTER (WHERE client=$1) FROM class", "t",
-                            wanted->client);
+                ll_pg_query(link,
+                            "SELECT count(*), count(*) FILTER (WHERE client=$1 AND class_key IS NULL),"
+                            " count(*) FILTER (WHERE class_key=$2) FROM class",
+                            "tt", wanted->client, wanted->class_key);
     if (!good)
         return false;
     opened->full = ll_pg_whole(link, 0, 0) >= wanted->most;
-    opened->client_full = ll_pg_whole(link, 0, 1) >= wanted->most_client;
-    if (!opened->full && !opened->client_full) {
-        good = ll_pg_query(link, open_sql, "itttttt", self->daemon, self->token, wanted->id, wanted->code,
-                           wanted->client, s->engine, wanted->text);
+    bool keyed = wanted->class_key[0] != '\0';
+    opened->client_full = !keyed && ll_pg_whole(link, 0, 1) >= wanted->most_client;
+    opened->key_full = keyed && wanted->most_of_key >= 0 && ll_pg_whole(link, 0, 2) >= wanted->most_of_key;
+    if (!opened->full && !opened->client_full && !opened->key_full) {
+        good = ll_pg_query(link, open_sql, "ittttttt", self->daemon, self->token, wanted->id, wanted->code,
+                           wanted->client, s->engine, wanted->text, wanted->class_key);
         opened->taken = good && ll_pg_changed(link) == 0;
     }
     return good && ll_pg_run(link, "COMMIT");

@@ -35,9 +35,9 @@ static int64_t idle_ms(const import *im, int64_t seen_ms)
 /* ---- classes ---- */
 
 static const char class_sql[] =
-    "INSERT INTO class(id,stem,code,client,engine,owner,body,seen)"
+    "INSERT INTO class(id,stem,code,client,engine,owner,body,class_key,seen)"
     " SELECT $1,left($1,10),$2::json->>'code',coalesce($2::json->>'client',''),$3,NULL,$2,"
-    "now()-$4::bigint*interval '1 millisecond' ON CONFLICT DO NOTHING";
+    "$2::json->>'class_key',now()-$4::bigint*interval '1 millisecond' ON CONFLICT DO NOTHING";
 
 static void import_class(void *context, const char *id, int64_t seen_ms, const char *text)
 {
@@ -96,10 +96,10 @@ static const char session_sql[] =
     "$8::double precision,$9::bigint,$10::bigint,0,0,0,now()-$11::bigint*interval '1 millisecond')"
     " ON CONFLICT DO NOTHING";
 
-/* Sessions of a class count for its limit. */
+/* Sessions of a class count for its limit, those of a class key for that key's. */
 static const char code_sql[] =
-    "INSERT INTO code(code,session,stem) VALUES($1,$2::bigint,(SELECT stem FROM class WHERE"
-    " stem=left($3,10))) ON CONFLICT DO NOTHING";
+    "INSERT INTO code(code,session,stem,class_key,log_bytes) VALUES($1,$2::bigint,(SELECT stem FROM class"
+    " WHERE stem=left($3,10)),nullif($4,''),$5::bigint) ON CONFLICT DO NOTHING";
 
 static ll_status import_row(import *im, const ll_stored *row, int64_t number)
 {
@@ -114,7 +114,7 @@ static ll_status import_row(import *im, const ll_stored *row, int64_t number)
         return import_failure(im);
     if (ll_pg_changed(link) == 0)
         return ll_error(LL_CONFLICT, "Session %s is in the store %.120s already.", row->id, im->to->name);
-    if (!ll_pg_query(link, code_sql, "tit", row->code, number, row->id))
+    if (!ll_pg_query(link, code_sql, "titti", row->code, number, row->id, row->class_key, row->log_bytes))
         return import_failure(im);
     if (ll_pg_changed(link) == 0)
         return ll_error(LL_CONFLICT, "Code %s of session %s is another session's in the store %.120s.",

@@ -83,10 +83,16 @@ void ll_store_on_asked(ll_store *store, void (*asked)(void *context, const char 
         store->kind->shared->on_asked(store, asked, context);
 }
 
-ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_session_quota *quota,
                                 bool *taken)
 {
     return store->kind->shared->reserve_code(store, number, code, quota, taken);
+}
+
+ll_status ll_store_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+                              void (*each)(void *context, const ll_key_use *use), void *context)
+{
+    return store->kind->shared->count_keys(store, sizes, count, each, context);
 }
 
 ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1])

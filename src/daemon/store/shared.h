@@ -101,16 +101,36 @@ ll_status ll_store_mark_dead(ll_store *store, int64_t daemon, bool gone, bool *m
 ll_status ll_store_ask(ll_store *store, int64_t owner, const char *id);
 void ll_store_on_asked(ll_store *store, void (*asked)(void *context, const char *id), void *context);
 
-/* A limit of the sessions with a stem, whichever daemon makes them: those that have a code count. */
-typedef struct ll_stem_quota {
-    char stem[LL_STEM_LENGTH + 1];
+/* Limits of the sessions with a stem, and of those of a class key, whichever daemon makes them: those that
+ * have a code count. */
+typedef struct ll_session_quota {
+    char stem[LL_STEM_LENGTH + 1]; /* empty: none */
     int64_t most;
-    bool full; /* result: the limit is reached, and nothing was reserved */
-} ll_stem_quota;
+    const char *class_key; /* its name; empty: none */
+    int64_t most_of_key;   /* -1: no limit */
+    bool full, key_full;   /* result: a limit is reached, and nothing was reserved */
+} ll_session_quota;
 
 /* Codes are unique in the store. *taken: another session has it. `quota` may be NULL. */
-ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_stem_quota *quota,
+ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *code, ll_session_quota *quota,
                                 bool *taken);
+
+/* ---- class keys ---- */
+
+/* What was made with a class key, by all daemons together. */
+typedef struct ll_key_use {
+    char name[LL_KEY_NAME_MAX + 1];
+    int64_t sessions, log_bytes, classes;
+} ll_key_use;
+
+/* Size of the log of a session of this daemon. */
+typedef struct ll_log_size {
+    int64_t number, bytes;
+} ll_log_size;
+
+/* Notes the sizes of logs, then calls `each` for every class key that something was made with. */
+ll_status ll_store_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+                              void (*each)(void *context, const ll_key_use *use), void *context);
 ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 
 /* Deletes sessions without a living owner that were not used for `ttl_s`. */
@@ -139,11 +159,14 @@ typedef struct ll_new_class {
     const char *id, *code, *text;
     const char *client; /* who opens it, for the quota */
     int64_t most, most_client;
+    const char *class_key; /* its name: the quota is the key's then, not the client's; empty: none */
+    int64_t most_of_key;   /* -1: no limit */
 } ll_new_class;
 
 typedef struct ll_opened_class {
-    bool taken, full, client_full; /* by its names; by the quotas, which hold for all daemons together */
-    int64_t daemon;                /* the incarnation that has it */
+    bool taken, full, client_full, key_full; /* by its names; by the quotas, which hold for all daemons
+                                                together */
+    int64_t daemon;                          /* the incarnation that has it */
 } ll_opened_class;
 
 ll_status ll_store_open_class(ll_store *store, const ll_new_class *wanted, ll_opened_class *opened);

@@ -23,16 +23,19 @@ static const char schema[] =
     " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
     "PRAGMA user_version=1;";
 
-/* Databases that were made before classes were stored get their table when they are opened; an older laglab
- * does not read it. */
-static const char class_table[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
-                                  " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;";
+/* Databases of an earlier laglab get these tables when they are opened; that one does not read them. */
+static const char later[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
+                            " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;"
+                            "CREATE TABLE IF NOT EXISTS class_keys(session INTEGER PRIMARY KEY,"
+                            " name TEXT NOT NULL);";
 
 typedef enum statement {
     PUT_ROW,
     PUT_LINE,
     DELETE_ROW,
     DELETE_LOG,
+    PUT_KEY,
+    DELETE_KEY,
     PUT_CLASS,
     DELETE_CLASS,
     STATEMENTS
@@ -53,6 +56,8 @@ static const char *const statement_sql[STATEMENTS] = {
     [PUT_LINE] = "INSERT OR REPLACE INTO log VALUES(?1,?2,?3)",
     [DELETE_ROW] = "DELETE FROM sessions WHERE number=?1",
     [DELETE_LOG] = "DELETE FROM log WHERE session=?1",
+    [PUT_KEY] = "INSERT OR IGNORE INTO class_keys VALUES(?1,?2)",
+    [DELETE_KEY] = "DELETE FROM class_keys WHERE session=?1",
     [PUT_CLASS] = "INSERT OR REPLACE INTO classes VALUES(?1,?2,?3)",
     [DELETE_CLASS] = "DELETE FROM classes WHERE id=?1",
 };
@@ -111,7 +116,9 @@ static bool delete_session(sqlite_store *store, int64_t number)
 {
     sqlite3_bind_int64(store->prepared[DELETE_ROW], 1, number);
     sqlite3_bind_int64(store->prepared[DELETE_LOG], 1, number);
-    return run(store->prepared[DELETE_ROW]) && run(store->prepared[DELETE_LOG]);
+    sqlite3_bind_int64(store->prepared[DELETE_KEY], 1, number);
+    return run(store->prepared[DELETE_ROW]) && run(store->prepared[DELETE_LOG]) &&
+           run(store->prepared[DELETE_KEY]);
 }
 
 static bool write_class(sqlite_store *store, const record *r)
@@ -126,6 +133,19 @@ static bool write_class(sqlite_store *store, const record *r)
     return run(s);
 }
 
+/* The row with the name of its class key, which never changes. */
+static bool write_row(sqlite_store *store, const ll_stored *row)
+{
+    bind_row(store->prepared[PUT_ROW], row);
+    if (!run(store->prepared[PUT_ROW]))
+        return false;
+    if (!row->class_key[0])
+        return true;
+    sqlite3_bind_int64(store->prepared[PUT_KEY], 1, row->place.number);
+    sqlite3_bind_text(store->prepared[PUT_KEY], 2, row->class_key, -1, SQLITE_STATIC);
+    return run(store->prepared[PUT_KEY]);
+}
+
 static bool write_record(sqlite_store *store, const record *r)
 {
     if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
@@ -135,8 +155,7 @@ static bool write_record(sqlite_store *store, const record *r)
     if (r->type == RECORD_ROW) {
         ll_stored row;
         memcpy(&row, r->bytes, sizeof row);
-        bind_row(store->prepared[PUT_ROW], &row);
-        return run(store->prepared[PUT_ROW]);
+        return write_row(store, &row);
     }
     sqlite3_stmt *s = store->prepared[PUT_LINE];
     sqlite3_bind_int64(s, 1, r->place.number);
@@ -230,7 +249,7 @@ static ll_status prepare_schema(sqlite_store *store)
     }
     /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
     if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
-        sqlite3_exec(db, class_table, NULL, NULL, NULL) != SQLITE_OK)
+        sqlite3_exec(db, later, NULL, NULL, NULL) != SQLITE_OK)
         return failure(store, db, "Writing");
     int64_t highest = 0;
     if (!read_number(db, "SELECT coalesce(max(number), 0) FROM sessions", &highest))
@@ -295,6 +314,7 @@ static void read_row(sqlite3_stmt *s, ll_stored *row)
     row->head_tick = sqlite3_column_int64(s, 9);
     row->lines = sqlite3_column_int64(s, 10);
     row->log_bytes = sqlite3_column_int64(s, 11);
+    read_text(s, 12, row->class_key, sizeof row->class_key);
 }
 
 static ll_status list(ll_store *base, void (*each)(void *context, const ll_stored *stored), void *context)
@@ -302,7 +322,8 @@ static ll_status list(ll_store *base, void (*each)(void *context, const ll_store
     sqlite_store *store = (sqlite_store *)base;
     static const char sql[] =
         "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number),"
-        " (SELECT coalesce(sum(length(CAST(line AS BLOB)) + 1), 0) FROM log WHERE session = number)"
+        " (SELECT coalesce(sum(length(CAST(line AS BLOB)) + 1), 0) FROM log WHERE session = number),"
+        " (SELECT name FROM class_keys WHERE session = number)"
         " FROM sessions ORDER BY number";
     sqlite3_stmt *s = NULL;
     pthread_mutex_lock(&store->reader_lock);

@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "daemon/support/class_keys.h"
 #include "daemon/support/keys.h"
 #include "input/action.h"
 
@@ -41,7 +42,8 @@ typedef struct ll_stored {
     bool playing;
     double speed;
     int64_t tick, head_tick;
-    int64_t lines, log_bytes; /* of the log; bytes: as read */
+    char class_key[LL_KEY_NAME_MAX + 1]; /* name of that it was made with; empty: none. Of a new row */
+    int64_t lines, log_bytes;            /* of the log; bytes: as read */
     /* State hash at a tick, when the log had that many lines; hash_lines 0: unknown. Shared stores only. */
     int64_t hash_tick, hash_lines;
     uint64_t hash;

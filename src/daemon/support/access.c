@@ -6,17 +6,17 @@
 
 #define ROW(name_) .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_access_config, name_)
 
-enum { OPERATOR_SHORTEST = 16, CLASS_SHORTEST = 8, LONGEST = 256 }; /* minimum and maximum length of a key */
+enum { OPERATOR_SHORTEST = 16, LARGEST = 128 << 10 };
 
 static const ll_param rows[] = {
     {ROW(operator_key_file), .max = 511,
      .help = "File with the operator's key, which may list and delete everything and close creation. Empty: "
              "$LAGLAB_OPERATOR_KEY, or no operator."},
     {ROW(class_key_file), .max = 511,
-     .help = "File with the class key, which permits creating sessions, experiments and searches. Empty: "
-             "$LAGLAB_CLASS_KEY, or no class key."},
+     .help = "File with the class key, which permits creating sessions, experiments and searches; or with a "
+             "line for each of several, NAME KEY and its quotas. Empty: $LAGLAB_CLASS_KEY, or no class key."},
     {ROW(creation), .max = 15,
-     .help = "Who may create: open (every client), class (clients with the class key) or operator. Empty: "
+     .help = "Who may create: open (every client), class (clients with a class key) or operator. Empty: "
              "class if there is a class key, else open."},
 };
 
@@ -31,55 +31,82 @@ const char *const ll_creation_names[] = {
 
 /* ---- keys ---- */
 
-/* Visible ASCII without spaces, as an Authorization header can carry. */
-static ll_status take_key(const char *from, char *text, size_t shortest, ll_key_hash *hash)
+static ll_status read_file(const char *path, char **text)
 {
-    size_t length = strcspn(text, "\r\n");
-    if (text[length + strspn(text + length, "\r\n")] != '\0')
-        return ll_error(LL_BAD_INPUT, "key file %.200s: must have one line, the key", from);
-    text[length] = '\0';
-    for (size_t i = 0; i < length; i++) {
-        if (text[i] <= ' ' || text[i] > '~')
-            return ll_error(LL_BAD_INPUT, "key of %.200s: must be visible ASCII without spaces", from);
-    }
-    if (length < shortest || length > LONGEST)
-        return ll_error(LL_BAD_INPUT, "key of %.200s: must have %zu to %d characters; got %zu", from,
-                        shortest, LONGEST, length);
-    return ll_key_hash_make(text, hash) ? ll_ok()
-                                        : ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
-}
-
-static ll_status read_key(const char *path, const char *variable, size_t shortest, ll_key_hash *hash,
-                          bool *there)
-{
-    char text[LONGEST + 8];
-    const char *value = getenv(variable);
-    *there = path[0] != '\0' || (value != NULL && value[0] != '\0');
-    if (!*there)
-        return ll_ok();
-    if (path[0] == '\0') {
-        snprintf(text, sizeof text, "%s", value);
-        unsetenv(variable); /* so that child processes do not inherit it */
-        return take_key(variable, text, shortest, hash);
-    }
     FILE *file = fopen(path, "rbe");
-    size_t size = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    *text = file ? calloc(1, LARGEST + 1) : NULL;
+    size_t size = *text ? fread(*text, 1, LARGEST, file) : 0;
+    bool whole = file && size < LARGEST;
     if (file)
         fclose(file);
-    text[size] = '\0';
-    ll_status status = file ? take_key(path, text, shortest, hash)
-                            : ll_error(LL_BAD_INPUT, "Cannot read key file %.200s.", path);
-    explicit_bzero(text, sizeof text);
+    if (!*text)
+        return ll_error(LL_BAD_INPUT, "Cannot read key file %.200s.", path);
+    return whole
+               ? ll_ok()
+               : ll_error(LL_BAD_INPUT, "key file %.200s: must be smaller than %d KiB", path, LARGEST >> 10);
+}
+
+/* What a file of keys, or without one the environment, has. NULL: nothing. The caller frees it, also after an
+ * error. */
+static ll_status read_keys(const char *path, const char *variable, char **text, const char **from)
+{
+    const char *value = getenv(variable);
+    *from = path[0] ? path : variable;
+    *text = NULL;
+    if (path[0])
+        return read_file(path, text);
+    if (!value || !value[0])
+        return ll_ok();
+    *text = strdup(value);
+    unsetenv(variable); /* so that child processes do not inherit it */
+    return *text ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: keys");
+}
+
+static void forget(char *text, size_t size)
+{
+    if (text)
+        explicit_bzero(text, size);
+    free(text);
+}
+
+static ll_status read_operator(const char *path, ll_access *access)
+{
+    char *text;
+    const char *from;
+    ll_status status = read_keys(path, "LAGLAB_OPERATOR_KEY", &text, &from);
+    if (!text)
+        return status;
+    size_t size = strlen(text), length = strcspn(text, "\r\n");
+    if (!ll_failed(&status) && text[length + strspn(text + length, "\r\n")] != '\0')
+        status = ll_error(LL_BAD_INPUT, "key file %.200s: must have one line, the key", from);
+    text[length] = '\0';
+    LL_THEN(status, ll_key_check(from, text, OPERATOR_SHORTEST));
+    if (!ll_failed(&status) && !ll_key_hash_make(text, &access->operator_key))
+        status = ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
+    access->has_operator = !ll_failed(&status);
+    forget(text, size);
+    return status;
+}
+
+static ll_status read_class(const char *path, ll_access *access)
+{
+    char *text;
+    const char *from;
+    ll_status status = read_keys(path, "LAGLAB_CLASS_KEY", &text, &from);
+    if (!text)
+        return status;
+    size_t size = strlen(text);
+    LL_THEN(status, ll_class_keys_read(&access->class_keys, from, text));
+    access->has_class = !ll_failed(&status);
+    forget(text, size);
     return status;
 }
 
 ll_status ll_access_open(const ll_access_config *config, ll_access *access)
 {
     memset(access, 0, sizeof *access);
-    ll_status status = read_key(config->operator_key_file, "LAGLAB_OPERATOR_KEY", OPERATOR_SHORTEST,
-                                &access->operator_key, &access->has_operator);
-    LL_THEN(status, read_key(config->class_key_file, "LAGLAB_CLASS_KEY", CLASS_SHORTEST, &access->class_key,
-                             &access->has_class));
+    ll_status status = read_operator(config->operator_key_file, access);
+    LL_THEN(status, read_class(config->class_key_file, access));
     if (ll_failed(&status))
         return status;
     if (config->creation[0] == '\0') {
@@ -87,6 +114,11 @@ ll_status ll_access_open(const ll_access_config *config, ll_access *access)
         return status;
     }
     return ll_access_set_creation(access, config->creation);
+}
+
+void ll_access_close(ll_access *access)
+{
+    ll_class_keys_free(&access->class_keys);
 }
 
 /* ---- permissions ---- */
@@ -101,7 +133,18 @@ bool ll_access_may_create(const ll_access *access, const char *key, size_t lengt
     int creation = access ? atomic_load(&access->creation) : LL_CREATION_OPEN;
     return creation == LL_CREATION_OPEN || ll_access_is_operator(access, key, length) ||
            (creation == LL_CREATION_CLASS && access->has_class &&
-            ll_key_matches(&access->class_key, key, length));
+            ll_class_keys_find(&access->class_keys, key, length) != NULL);
+}
+
+ll_class_key *ll_access_class_key(const ll_access *access, const char *key, size_t length)
+{
+    ll_class_key *found = access ? ll_class_keys_find(&access->class_keys, key, length) : NULL;
+    return found && found->name[0] ? found : NULL;
+}
+
+ll_class_key *ll_access_named_key(const ll_access *access, const char *name)
+{
+    return access ? ll_class_keys_named(&access->class_keys, name) : NULL;
 }
 
 ll_status ll_access_set_creation(ll_access *access, const char *name)

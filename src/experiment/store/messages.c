@@ -39,3 +39,9 @@ ll_status ll_store_newer(const char *name, int64_t schema)
                     ", of a newer laglab; this one supports up to %d",
                     name, schema, LL_STORE_SCHEMA);
 }
+
+ll_status ll_store_key_full(const ll_experiment_record *record)
+{
+    return ll_error(LL_LIMIT, "class key %s has %lld experiments, as many as it may", record->class_key,
+                    (long long)record->most_of_key);
+}

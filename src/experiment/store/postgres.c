@@ -27,6 +27,10 @@ static const char schema[] =
 static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version text NOT NULL DEFAULT '';"
                                     "UPDATE schema_version SET version=2;";
 
+static const char key_table[] =
+    "CREATE TABLE IF NOT EXISTS class_key(id text PRIMARY KEY, name text NOT NULL);"
+    "CREATE INDEX IF NOT EXISTS class_key_name ON class_key(name)";
+
 #define NOW_S "extract(epoch FROM now())::bigint"
 
 /* Of each connection. Without the timeout a worker that freezes between the end of its lease and the commit
@@ -80,11 +84,13 @@ static ll_status prepare_schema(postgres_store *s)
                 ll_pg_query(&s->link, "SELECT pg_advisory_xact_lock(7817201)", "") &&
                 ll_pg_query(&s->link, "SELECT to_regclass('laglab.schema_version') IS NOT NULL", "");
     if (good && !ll_pg_true(&s->link, 0, 0))
-        return end(s, ll_pg_run(&s->link, schema), "Creating the tables");
+        return end(s, ll_pg_run(&s->link, schema) && ll_pg_run(&s->link, key_table), "Creating the tables");
     good = good && ll_pg_query(&s->link, "SELECT version FROM schema_version", "");
     int64_t version = good && ll_pg_rows(&s->link) > 0 ? ll_pg_whole(&s->link, 0, 0) : 0;
     if (version == 1)
         good = ll_pg_run(&s->link, schema_from_1);
+    good = good && ll_pg_query(&s->link, "SELECT to_regclass('laglab.class_key') IS NOT NULL", "") &&
+           (ll_pg_true(&s->link, 0, 0) || ll_pg_run(&s->link, key_table));
     ll_status status = end(s, good, "Opening");
     return !ll_failed(&status) && version > LL_STORE_SCHEMA ? ll_store_newer(s->name, version) : status;
 }
@@ -142,6 +148,19 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
     return leave(s, !good ? failure(s, "Reading") : *text ? ll_ok() : ll_store_unknown(id));
 }
 
+/* Who makes another one with this class key waits for the end of the transaction, and counts then. */
+static bool insert_key(postgres_store *s, const ll_experiment_record *r, bool *full)
+{
+    if (!r->class_key[0])
+        return true;
+    if (!ll_pg_query(&s->link, "SELECT pg_advisory_xact_lock(7817206, hashtext($1))", "t", r->class_key) ||
+        !ll_pg_query(&s->link, LL_STORE_COUNT_KEY "$1", "t", r->class_key))
+        return false;
+    *full = r->most_of_key >= 0 && ll_pg_whole(&s->link, 0, 0) >= r->most_of_key;
+    return *full || ll_pg_query(&s->link, "INSERT INTO class_key VALUES($1,$2) ON CONFLICT DO NOTHING", "tt",
+                                r->id, r->class_key);
+}
+
 /* An existing row with the id stays unchanged. */
 static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, const char *text,
                               int64_t chunk)
@@ -164,8 +183,11 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
                         int64_t chunk)
 {
     postgres_store *s = enter(store);
-    ll_status status = end(s, ll_pg_run(&s->link, "BEGIN") && insert_experiment(s, r, text, chunk),
-                           "Registering an experiment");
+    bool full = false, good = ll_pg_run(&s->link, "BEGIN") && insert_key(s, r, &full) &&
+                              (full || insert_experiment(s, r, text, chunk));
+    ll_status status = end(s, good, "Registering an experiment");
+    if (!ll_failed(&status) && full)
+        status = ll_store_key_full(r);
     if (!ll_failed(&status) &&
         !ll_pg_query(&s->link, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1", "ttt",
                      r->id, text, store->version))
@@ -187,6 +209,7 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
     snprintf(r.id, sizeof r.id, "%s", ll_pg_text(&s->link, row, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", ll_pg_text(&s->link, row, 8));
     snprintf(r.version, sizeof r.version, "%s", ll_pg_text(&s->link, row, 9));
+    snprintf(r.class_key, sizeof r.class_key, "%s", ll_pg_text(&s->link, row, 11));
     ll_store_set_state(&r, ll_pg_true(&s->link, row, 7));
     return r;
 }
@@ -229,7 +252,8 @@ static ll_status remove_experiment(ll_result_store *store, const char *id)
         ll_pg_run(&s->link, "BEGIN") && ll_pg_query(&s->link, "DELETE FROM experiment WHERE id=$1", "t", id);
     bool there = good && ll_pg_changed(&s->link) > 0;
     good = good && ll_pg_query(&s->link, "DELETE FROM chunk WHERE id=$1", "t", id) &&
-           ll_pg_query(&s->link, "DELETE FROM result WHERE id=$1", "t", id);
+           ll_pg_query(&s->link, "DELETE FROM result WHERE id=$1", "t", id) &&
+           ll_pg_query(&s->link, "DELETE FROM class_key WHERE id=$1", "t", id);
     ll_status status = end(s, good, "Deleting");
     return leave(s, ll_failed(&status) || there ? status : ll_store_unknown(id));
 }

@@ -14,7 +14,13 @@
 #include "base/version.h"
 #include "experiment/spec/experiment.h"
 
-enum { LL_EXPERIMENT_ID_MAX = 63, LL_OWNER_MAX = 40, LL_ATTEMPTS_MAX = 5, LL_OWNER_HASH_MAX = 127 };
+enum {
+    LL_EXPERIMENT_ID_MAX = 63,
+    LL_OWNER_MAX = 40,
+    LL_ATTEMPTS_MAX = 5,
+    LL_OWNER_HASH_MAX = 127,
+    LL_KEY_NAME = 32
+};
 
 typedef struct ll_result_store ll_result_store;
 
@@ -36,6 +42,8 @@ typedef struct ll_experiment_record {
     int64_t created_s, age_s;               /* Unix time of the database; age by its clock */
     char owner_hash[LL_OWNER_HASH_MAX + 1]; /* hash of the owner's key; empty: none */
     char version[LL_VERSION_MAX + 1];       /* of laglab; empty: unknown */
+    char class_key[LL_KEY_NAME + 1];        /* name of the daemon's class key that made it; empty: none */
+    int64_t most_of_key;                    /* of create: how many may have that name; -1: no limit */
 } ll_experiment_record;
 
 typedef struct ll_lease {
@@ -51,7 +59,7 @@ typedef struct ll_result_store_kind {
 
     /* Registers an experiment of the store's version, with its runs in chunks of `chunk`. Registering the
      * same id, specification and version again changes nothing: a resume. LL_CONFLICT: the id has another
-     * specification or version. */
+     * specification or version. LL_LIMIT: its class key has as many as it may. */
     ll_status (*create)(ll_result_store *store, const ll_experiment_record *record, const char *specification,
                         int64_t chunk);
     ll_status (*specification)(ll_result_store *store, const char *id, char **text); /* caller frees */

@@ -27,6 +27,9 @@ static const char schema[] =
 static const char schema_from_1[] =
     "ALTER TABLE experiment ADD COLUMN version TEXT NOT NULL DEFAULT ''; PRAGMA user_version=2;";
 
+static const char key_table[] =
+    "CREATE TABLE IF NOT EXISTS class_key(id TEXT PRIMARY KEY, name TEXT NOT NULL) WITHOUT ROWID;";
+
 #define NOW "((julianday('now') - 2440587.5) * 86400.0)"
 #define NOW_S "CAST(" NOW " AS INTEGER)"
 
@@ -94,9 +97,9 @@ static ll_status prepare_schema(sqlite_store *s)
         return failure(s, "Opening");
     if (version > LL_STORE_SCHEMA)
         return ll_store_newer(s->path, version);
-    if (version == LL_STORE_SCHEMA)
-        return ll_ok();
-    return sqlite3_exec(s->db, version == 1 ? schema_from_1 : schema, NULL, NULL, NULL) == SQLITE_OK
+    const char *missing = version == LL_STORE_SCHEMA ? "" : version == 1 ? schema_from_1 : schema;
+    return sqlite3_exec(s->db, missing, NULL, NULL, NULL) == SQLITE_OK &&
+                   sqlite3_exec(s->db, key_table, NULL, NULL, NULL) == SQLITE_OK
                ? ll_ok()
                : failure(s, "Creating the tables");
 }
@@ -215,6 +218,19 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
                                             : failure(s, "Reading"));
 }
 
+/* Within the transaction of its creation. */
+static bool insert_key(sqlite_store *s, const ll_experiment_record *r, bool *full)
+{
+    if (!r->class_key[0])
+        return true;
+    sqlite3_stmt *q = query(s, LL_STORE_COUNT_KEY "?1", "t", r->class_key);
+    bool good = q && sqlite3_step(q) == SQLITE_ROW;
+    *full = good && r->most_of_key >= 0 && sqlite3_column_int64(q, 0) >= r->most_of_key;
+    sqlite3_finalize(q);
+    return good && (*full || done(query(s, "INSERT OR REPLACE INTO class_key VALUES(?1,?2)", "tt", r->id,
+                                        r->class_key)));
+}
+
 static ll_status create(ll_result_store *store, const ll_experiment_record *r, const char *text,
                         int64_t chunk)
 {
@@ -226,7 +242,11 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     sqlite3_finalize(q);
     if (result == SQLITE_ROW)
         return leave(s, same ? ll_ok() : ll_store_taken(s->path, r->id));
-    bool good = result == SQLITE_DONE && begin(s);
+    bool full = false, good = result == SQLITE_DONE && begin(s) && insert_key(s, r, &full);
+    if (good && full) {
+        ll_status ended = end(s, true, "Reading");
+        return leave(s, ll_failed(&ended) ? ended : ll_store_key_full(r));
+    }
     good = good && done(query(s,
                               "INSERT INTO experiment VALUES(?1,?2,0,?3,?4," NOW_S ","
                               "(SELECT coalesce(max(number),0)+1 FROM experiment),?5,?6)",
@@ -249,6 +269,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
     snprintf(r.version, sizeof r.version, "%s", (const char *)sqlite3_column_text(q, 9));
+    snprintf(r.class_key, sizeof r.class_key, "%s", (const char *)sqlite3_column_text(q, 11));
     ll_store_set_state(&r, sqlite3_column_int(q, 7) != 0);
     return r;
 }
@@ -296,7 +317,8 @@ static ll_status remove_experiment(ll_result_store *store, const char *id)
     bool good = begin(s) && done(query(s, "DELETE FROM experiment WHERE id=?1", "t", id));
     bool there = good && sqlite3_changes(s->db) > 0;
     good = good && done(query(s, "DELETE FROM chunk WHERE id=?1", "t", id)) &&
-           done(query(s, "DELETE FROM result WHERE id=?1", "t", id));
+           done(query(s, "DELETE FROM result WHERE id=?1", "t", id)) &&
+           done(query(s, "DELETE FROM class_key WHERE id=?1", "t", id));
     ll_status status = end(s, good, "Deleting");
     return leave(s, ll_failed(&status) || there ? status : ll_store_unknown(id));
 }

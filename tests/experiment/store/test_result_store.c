@@ -285,6 +285,36 @@ static void experiments_are_listed_as_they_were_made(void **state)
     ll_result_store_close(s);
 }
 
+static void note_key(void *seen, const ll_experiment_record *r)
+{
+    sprintf((char *)seen + strlen(seen), "%s %s, ", r->id, r->class_key);
+}
+
+static void a_class_key_has_as_many_as_it_may(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    ll_experiment_record a = {.id = "a", .to = 1, .class_key = "north", .most_of_key = 1}, b = a, c = a, got;
+    char seen[100] = "";
+    strcpy(b.id, "b");
+    strcpy(c.id, "c");
+    strcpy(c.class_key, "south");
+    c.most_of_key = -1;
+    must(s->kind->create(s, &a, "{}", 4));
+    assert_int_equal(s->kind->create(s, &b, "{}", 4).code, LL_LIMIT);
+    assert_int_equal(s->kind->record(s, "b", &got).code, LL_NOT_FOUND);
+    must(s->kind->create(s, &c, "{}", 4));
+    must(s->kind->list(s, note_key, seen));
+    assert_string_equal(seen, "x , a north, c south, ");
+    must(s->kind->remove(s, "a"));
+    must(s->kind->create(s, &b, "{}", 4));
+    must(s->kind->record(s, "b", &got));
+    assert_string_equal(got.class_key, "north");
+    must(s->kind->remove(s, "b"));
+    must(s->kind->remove(s, "c"));
+    ll_result_store_close(s);
+}
+
 /* Claims a chunk of any experiment and expects it of this one. */
 static ll_lease claim_of(ll_result_store *s, const char *id)
 {
@@ -561,6 +591,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(another_version_adds_nothing),
         cmocka_unit_test(an_age_is_by_the_clock_of_the_store),
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
+        cmocka_unit_test(a_class_key_has_as_many_as_it_may),
         cmocka_unit_test(experiments_share_workers_equally),
         cmocka_unit_test(a_single_worker_takes_turns),
     };
