@@ -327,8 +327,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
 
   /** An owner behind a port that can stop passing bytes on. @param {any} t */
   const throttled = async (t) => {
-    /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. */
-    const way = { of: /** @type {'all' | 'head' | 'unread'} */ ('all') };
+    /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. While it is
+     * dead, nothing passes on any of them, and none is closed. */
+    const way = { of: /** @type {'all' | 'head' | 'unread'} */ ('all'), dead: false };
     const ends = /** @type {import('node:net').Socket[]} */ ([]);
     const server = createTcpServer((near) => {
       const { of } = way,
@@ -336,8 +337,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
       let headed = false;
       ends.push(near, end);
       for (const one of [near, end]) one.on('error', () => {}).on('close', () => [near, end].forEach((each) => each.destroy()));
-      near.on('data', (bytes) => end.write(bytes));
+      near.on('data', (bytes) => way.dead || end.write(bytes));
       end.on('data', (bytes) => {
+        if (way.dead) return;
         const head = bytes.indexOf('\r\n\r\n');
         if (of === 'all' || !headed) near.write(of === 'head' ? bytes.subarray(0, head + 4) : bytes);
         headed = true;
@@ -366,6 +368,24 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const second = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
     await second.frame();
     await Promise.all([first.close(), second.close()]);
+  });
+
+  test('a connection that has died without a word is noticed, one that is only quiet is kept', async (t) => {
+    const { relay, way } = await throttled(t);
+    const made = await Promise.all(['dead', 'quiet'].map(() => http.call('POST', '/api/v1/classes', { body: {} })));
+    const session = await http.make({ paused: true });
+    const dead = await openStream(relay.url, `classes/${made[0].json.id}`),
+      quiet = await openStream(near.url, `classes/${made[1].json.id}`),
+      watched = await openStream(relay.url, `sessions/${session.id}`, 'json');
+    await watched.frame();
+    way.dead = true;
+    const begun = performance.now();
+    await waitFor(() => dead.closed, 'the end of the stream', 15000);
+    assert.deepEqual([dead.closed.code, dead.closed.reason], [1013, 'the owner is silent']);
+    await watched.wait((m) => m.type === 'owner' && m.connected === false);
+    assert.ok(performance.now() - begun < 12000, 'before the owner, which waits longer, finds the relay silent');
+    assert.equal(quiet.closed, undefined);
+    await Promise.all([quiet.close(), watched.close()]);
   });
 
   test('messages for an owner that does not read end, and do not fill the memory', async (t) => {

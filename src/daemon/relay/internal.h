@@ -80,7 +80,7 @@ struct relay_source {
     unsigned divisor;   /* of the owner's rates for us */
     int64_t lower_ns;   /* since when less would do; 0: never */
     int attempt;
-    int64_t retry_ns, up_ns, heard_ns, pinged_ns, missing_ns, greeted_ns, repeated_ns;
+    int64_t retry_ns, up_ns, pinged_ns, missing_ns, greeted_ns, repeated_ns;
     ll_frame_reader reader;
     uint16_t fresh; /* channels whose rows are of the last frame's tick */
     ll_frame_state last;
