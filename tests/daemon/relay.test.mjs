@@ -325,6 +325,47 @@ describe('relays', { skip, concurrency: 4 }, () => {
     server.close();
   });
 
+  test('an owner whose few bytes become many is cut off', async (t) => {
+    const session = await http.make({ paused: true });
+    const real = await openStream(owner.url, `sessions/${session.id}`, 'bin');
+    await real.close();
+    /* 32 bytes: a frame with 16 MiB of entities, all of them zeros. */
+    const entities = RECORDS.find(({ name }) => name === 'entities'),
+      rows = Math.floor((16 << 20) / (8 * entities.fields.length)),
+      varint = (/** @type {number} */ n) => (n < 128 ? [n] : [128 + (n % 128), ...varint(Math.floor(n / 128))]),
+      body = [...varint(rows), 0];
+    let sent = 0,
+      cuts = 0;
+    const server = createServer();
+    const sockets = new WebSocketServer({ server, handleProtocols: (all) => [...all][0] });
+    sockets.on('connection', (socket) => {
+      const timer = setInterval(() => {
+        socket.send(Buffer.from([1, 0, ...varint(++sent), 0, entities.id, ...varint(4 * body.length + 2), ...body]));
+      }, 5);
+      socket.on('error', () => {});
+      socket.on('close', () => {
+        clearInterval(timer);
+        cuts++;
+      });
+      socket.send(JSON.stringify(real.hello));
+    });
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(undefined)));
+    t.after(() => {
+      sockets.close();
+      server.closeAllConnections();
+      server.close();
+    });
+    const { port } = /** @type {import('node:net').AddressInfo} */ (server.address());
+    const relay = await startDaemon({ of: `http://127.0.0.1:${port}` });
+    t.after(async () => assert.equal((await relay.stop()).code, 0, relay.errors()));
+    const viewer = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
+    await waitFor(() => cuts > 1, 'the end of two connections', 15000);
+    assert.match(relay.errors(), /the owner's messages, when unpacked, have more than 64 MiB a second/);
+    assert.ok(Number(await metric(relay.url, 'relay_faults_total')) >= 2);
+    assert.equal(viewer.closed, undefined);
+    await viewer.close();
+  });
+
   /** An owner behind a port that can stop passing bytes on. @param {any} t */
   const throttled = async (t) => {
     /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. While it is

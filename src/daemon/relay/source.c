@@ -24,6 +24,11 @@
 #define AWAY_NS INT64_C(500000000)   /* until viewers get a message */
 #define GREET_NS INT64_C(100000000)  /* between two fetched hellos */
 #define REPEAT_NS INT64_C(10000000)  /* between two frames for viewers that have come */
+/* What the messages of a session may cost to read, each byte that was sent apart from that FAIR times: deltas
+ * and compression make that of any honest frame. The largest scene costs half as much. */
+#define COST_PER_S (64.0 * (1 << 20))
+#define COST_BURST (2 * COST_PER_S)
+enum { FAIR = 8 };
 enum { SOON = 3 /* the next frame comes within 3 of 60 a second */ };
 #define DRIFT 1e-4 /* of two machines' clocks, at most */
 
@@ -357,6 +362,18 @@ static void acknowledge(relay_source *s)
     ll_upstream_send(s->upstream, text, (size_t)size);
 }
 
+/* Whether the last message may have cost what it did. Not reset with the connection: an owner that is cut off
+ * comes again at once. */
+static bool charge(relay_source *s, size_t size)
+{
+    int64_t now = ll_relay_now();
+    double cost = (double)s->reader.cost - (double)FAIR * (double)size;
+    double paid = (double)(now - s->charged_ns) * 1e-9 * COST_PER_S;
+    s->charged_ns = now;
+    s->debt = (s->debt > paid ? s->debt - paid : 0) + (cost > 0 ? cost : 0);
+    return s->debt <= COST_BURST;
+}
+
 static void lost(relay_source *s, int code, const char *reason);
 
 static void on_binary(void *context, const void *bytes, size_t size)
@@ -368,6 +385,9 @@ static void on_binary(void *context, const void *bytes, size_t size)
     atomic_fetch_add_explicit(&counts->frames, 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&counts->bytes, size, memory_order_relaxed);
     ll_status status = ll_frame_reader_take(&s->reader, bytes, size);
+    if (!charge(s, size))
+        status =
+            ll_error(LL_BAD_INPUT, "the owner's messages, when unpacked, have more than 64 MiB a second");
     if (ll_failed(&status)) {
         atomic_fetch_add(&counts->faults, 1);
         ll_upstream_close(s->upstream);
