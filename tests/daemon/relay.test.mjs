@@ -366,6 +366,40 @@ describe('relays', { skip, concurrency: 4 }, () => {
     await viewer.close();
   });
 
+  test('answers that are not kept are asked for at the same time', async (t) => {
+    let asked = 0,
+      most = 0;
+    const large = 'x'.repeat(1 << 20);
+    const server = createServer((request, response) => {
+      asked++;
+      most = Math.max(most, asked);
+      setTimeout(() => {
+        asked--;
+        response.end(request.url === '/api/v1/schema' ? large + large : '{}');
+      }, 300);
+    });
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(undefined)));
+    t.after(() => {
+      server.closeAllConnections();
+      server.close();
+    });
+    const of = `http://127.0.0.1:${/** @type {import('node:net').AddressInfo} */ (server.address()).port}`;
+    for (const [path, args] of /** @type {[string, string[]][]} */ ([
+      ['metrics', ['--cache-s', '0']],
+      ['schema', []] /* too large to be kept: the others wait for the first alone */,
+    ])) {
+      const relay = await startDaemon({ of, args });
+      most = 0;
+      const all = await Promise.all(Array.from({ length: 4 }, () => fetch(new URL(`/api/v1/${path}`, relay.url))));
+      assert.deepEqual(
+        all.map(({ status }) => status),
+        [200, 200, 200, 200],
+      );
+      assert.ok(most >= 2, `${path}: ${most} at a time`);
+      assert.equal((await relay.stop()).code, 0, relay.errors());
+    }
+  });
+
   /** An owner behind a port that can stop passing bytes on. @param {any} t */
   const throttled = async (t) => {
     /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. While it is
