@@ -1347,7 +1347,7 @@ export interface components {
         ClassState: {
             /** @constant */
             type: "class";
-            /** @description Rises with each broadcast; begins anew where another daemon goes on with the class. */
+            /** @description Rises with each broadcast; begins again at 0 where another daemon goes on with the class. */
             serial: number;
             phase: components["schemas"]["Phase"];
             lesson: components["schemas"]["LessonId"];

@@ -138,7 +138,7 @@ export async function teach() {
   }
 }
 
-/** Whether the next attempt may do: nobody has answered, or a daemon or a proxy that cannot at this moment, as while a class goes to
+/** Whether the next attempt may do: no daemon has answered, or a daemon or a proxy that cannot at this moment, as while a class goes to
  * another daemon. @param {unknown} error */
 const passes = (error) => !(error instanceof Problem) || [502, 503, 504].includes(error.status);
 
