@@ -87,9 +87,14 @@ if(POSTGRES_FOUND AND TARGET test_experiment_result_store)
     set_tests_properties(experiment.result_store_postgres PROPERTIES SKIP_RETURN_CODE 77)
 endif()
 
-if(TARGET test_daemon_shared)
-    set_tests_properties(daemon.shared PROPERTIES SKIP_RETURN_CODE 77)
+if(POSTGRES_FOUND)
+    target_link_libraries(test_postgres_link PRIVATE PkgConfig::POSTGRES)
 endif()
+foreach(name IN ITEMS daemon.shared postgres.link)
+    if(TEST ${name})
+        set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77)
+    endif()
+endforeach()
 
 # ---- what a frame costs ----
 laglab_test_program(cost_frames ${tests_dir}/cost/frames.c cost)

@@ -30,6 +30,7 @@ void ll_pg_init(ll_pg_link *link, const char *session)
     link->db = NULL;
     link->result = NULL;
     link->session = session;
+    link->begun = false;
     pthread_mutex_init(&link->lock, NULL);
 }
 
@@ -46,10 +47,16 @@ static void ignore(void *context, const char *message)
     (void)context, (void)message;
 }
 
+static bool run(ll_pg_link *link, const char *sql)
+{
+    return ll_pg_keep(link, PQexec(link->db, sql));
+}
+
 /* Not on a failed connection, where it would replace the reason. */
 static bool begin_session(ll_pg_link *link)
 {
-    return PQstatus(link->db) == CONNECTION_OK && ll_pg_run(link, link->session);
+    link->begun = PQstatus(link->db) == CONNECTION_OK && run(link, link->session);
+    return link->begun;
 }
 
 bool ll_pg_connect(ll_pg_link *link, const char *url, const ll_pg_patience *patience)
@@ -80,8 +87,10 @@ void ll_pg_lock(ll_pg_link *link)
     PQconsumeInput(link->db); /* reads the end of the connection */
     if (PQstatus(link->db) != CONNECTION_OK) {
         PQreset(link->db);
-        begin_session(link);
+        link->begun = false;
     }
+    if (!link->begun)
+        begin_session(link);
 }
 
 ll_status ll_pg_unlock(ll_pg_link *link, ll_status status)
@@ -102,14 +111,17 @@ bool ll_pg_keep(ll_pg_link *link, PGresult *result)
     return status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK || status == PGRES_COPY_IN;
 }
 
+/* Without its settings a statement would be for another schema. The result that is kept is then that of the
+ * settings, so that ll_pg_fault_of says why they failed. */
 bool ll_pg_run(ll_pg_link *link, const char *sql)
 {
-    return ll_pg_keep(link, PQexec(link->db, sql));
+    return link->begun && run(link, sql);
 }
 
 static bool send_as(ll_pg_link *link, int binary, const char *sql, int count, const char *const *values)
 {
-    return ll_pg_keep(link, PQexecParams(link->db, sql, count, NULL, values, NULL, NULL, binary));
+    return link->begun &&
+           ll_pg_keep(link, PQexecParams(link->db, sql, count, NULL, values, NULL, NULL, binary));
 }
 
 bool ll_pg_send(ll_pg_link *link, const char *sql, int count, const char *const *values)

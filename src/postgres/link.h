@@ -14,6 +14,7 @@ typedef struct ll_pg_link {
     PGconn *db;
     PGresult *result;     /* of the last statement */
     const char *session;  /* statements that begin every connection; outlives the link */
+    bool begun;           /* they were done on this one */
     pthread_mutex_t lock; /* guards the others from ll_pg_lock to ll_pg_unlock */
 } ll_pg_link;
 
@@ -42,7 +43,8 @@ void ll_pg_close(ll_pg_link *link); /* also one that was never opened */
 /* Connects. The URL's own parameters override `patience`. False: ll_pg_fault_of says why. */
 bool ll_pg_connect(ll_pg_link *link, const char *url, const ll_pg_patience *patience);
 
-/* Locks the connection, and opens it again if the server has closed it, as after a restart. */
+/* Locks the connection, and opens it again if the server has closed it, as after a restart. Where that fails,
+ * or the statements that begin the connection, all others fail until the next lock, for the same reason. */
 void ll_pg_lock(ll_pg_link *link);
 ll_status ll_pg_unlock(ll_pg_link *link,
                        ll_status status); /* releases the result, unlocks, and gives `status` */

@@ -130,15 +130,8 @@ static void read_log(reader *r, ll_rows *rows)
 
 /* ---- planes ---- */
 
-static const uint8_t *plane_of(const ll_rows *base, int row, size_t size)
-{
-    const uint8_t *plane = base != NULL ? base->planes : NULL;
-    for (int i = 0; base != NULL && i < row && i < base->count; i++)
-        plane += ll_rows_plane(base, i);
-    return base != NULL && row < base->count && ll_rows_plane(base, row) == size ? plane : NULL;
-}
-
-static void read_plane(reader *r, const ll_rows *base, int row, ll_rows *rows, uint8_t *to)
+/* before: the base's plane of that size; NULL: there is none. */
+static void read_plane(reader *r, const uint8_t *before, int row, ll_rows *rows, uint8_t *to)
 {
     const int64_t *shape = ll_rows_at(rows, row);
     size_t width = (size_t)shape[0], size = ll_rows_plane(rows, row);
@@ -147,7 +140,6 @@ static void read_plane(reader *r, const ll_rows *base, int row, ll_rows *rows, u
         return;
     }
     uint8_t coding = *r->at++;
-    const uint8_t *before = coding == 1 ? plane_of(base, row, size) : NULL;
     if (coding > 1 || (coding == 1 && before == NULL)) {
         bad(r, "unknown coding of a plane, or base missing");
         return;
@@ -179,9 +171,14 @@ static void read_planes(reader *r, const ll_rows *base, ll_rows *rows)
         r->status = ll_error(LL_NO_MEMORY, "out of memory: planes");
         return;
     }
+    size_t at = 0; /* of the base's plane */
     for (int i = 0; i < rows->count && !ll_failed(&r->status); i++) {
-        read_plane(r, base, i, rows, rows->planes + rows->plane_bytes);
-        rows->plane_bytes += ll_rows_plane(rows, i);
+        bool has = base != NULL && base->planes != NULL && i < base->count;
+        size_t size = ll_rows_plane(rows, i), old = has ? ll_rows_plane(base, i) : 0;
+        read_plane(r, has && old == size ? base->planes + at : NULL, i, rows,
+                   rows->planes + rows->plane_bytes);
+        rows->plane_bytes += size;
+        at += old;
     }
 }
 

@@ -165,20 +165,23 @@ describe('relays', { skip, concurrency: 4 }, () => {
   });
 
   test('a slow viewer delays no other', async () => {
-    const session = await http.make({ set: { duration_s: 3600 } });
+    const session = await http.make({ scenario: 'rigid/tumbler', set: { duration_s: 3600 } });
     /* The same way through relays at the same time, without a slow viewer: the load of the machine delays both. */
     const without_slow = await startDaemon({ of: near.url });
-    const slow = await openStream(far.url, `sessions/${session.id}`, 'json', { ack: true });
+    /* One that stops to acknowledge is left out of the next frames; to one that never does, frames go until its socket is full. */
+    const slow = await Promise.all([true, false].map((ack) => openStream(far.url, `sessions/${session.id}`, 'json', { ack })));
     const [fast, other] = await Promise.all(
       [far, without_slow].map(({ url }) => openStream(url, `sessions/${session.id}`, 'bin', { ack: true })),
     );
     await Promise.all([fast.frame(), other.frame()]);
-    slow.socket._socket.pause();
+    for (const { socket } of slow) socket._socket.pause();
+    const full = other.frames.length + 150; /* of 60 kB each: more than the buffers of two sockets */
+    await waitFor(() => other.frames.length >= full, '150 frames without a slow viewer', 30000);
     const from = [fast.frames.length, other.frames.length];
-    await waitFor(() => other.frames.length >= from[1] + 90, '90 frames without a slow viewer', 30000);
+    await waitFor(() => other.frames.length >= from[1] + 60, '60 frames without a slow viewer', 30000);
     const [with_slow, without] = [fast.frames.length - from[0], other.frames.length - from[1]];
     assert.ok(with_slow > 0.7 * without, `${without} frames without a slow viewer, ${with_slow} with one`);
-    slow.socket.terminate();
+    for (const { socket } of slow) socket.terminate();
     await Promise.all([fast.close(), other.close()]);
     assert.equal((await without_slow.stop()).code, 0, without_slow.errors());
   });
@@ -325,10 +328,86 @@ describe('relays', { skip, concurrency: 4 }, () => {
     server.close();
   });
 
+  test('an owner whose few bytes become many is cut off', async (t) => {
+    const session = await http.make({ paused: true });
+    const real = await openStream(owner.url, `sessions/${session.id}`, 'bin');
+    await real.close();
+    /* 32 bytes: a frame with 16 MiB of entities, all of them zeros. */
+    const entities = RECORDS.find(({ name }) => name === 'entities'),
+      rows = Math.floor((16 << 20) / (8 * entities.fields.length)),
+      varint = (/** @type {number} */ n) => (n < 128 ? [n] : [128 + (n % 128), ...varint(Math.floor(n / 128))]),
+      body = [...varint(rows), 0];
+    let sent = 0,
+      cuts = 0;
+    const server = createServer();
+    const sockets = new WebSocketServer({ server, handleProtocols: (all) => [...all][0] });
+    sockets.on('connection', (socket) => {
+      const timer = setInterval(() => {
+        socket.send(Buffer.from([1, 0, ...varint(++sent), 0, entities.id, ...varint(4 * body.length + 2), ...body]));
+      }, 5);
+      socket.on('error', () => {});
+      socket.on('close', () => {
+        clearInterval(timer);
+        cuts++;
+      });
+      socket.send(JSON.stringify(real.hello));
+    });
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(undefined)));
+    t.after(() => {
+      sockets.close();
+      server.closeAllConnections();
+      server.close();
+    });
+    const { port } = /** @type {import('node:net').AddressInfo} */ (server.address());
+    const relay = await startDaemon({ of: `http://127.0.0.1:${port}` });
+    t.after(async () => assert.equal((await relay.stop()).code, 0, relay.errors()));
+    const viewer = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
+    await waitFor(() => cuts > 1, 'the end of two connections', 15000);
+    assert.match(relay.errors(), /the owner's messages, when unpacked, have more than 64 MiB a second/);
+    assert.ok(Number(await metric(relay.url, 'relay_faults_total')) >= 2);
+    assert.equal(viewer.closed, undefined);
+    await viewer.close();
+  });
+
+  test('answers that are not kept are asked for at the same time', async (t) => {
+    let asked = 0,
+      most = 0;
+    const large = 'x'.repeat(1 << 20);
+    const server = createServer((request, response) => {
+      asked++;
+      most = Math.max(most, asked);
+      setTimeout(() => {
+        asked--;
+        response.end(request.url === '/api/v1/schema' ? large + large : '{}');
+      }, 300);
+    });
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(undefined)));
+    t.after(() => {
+      server.closeAllConnections();
+      server.close();
+    });
+    const of = `http://127.0.0.1:${/** @type {import('node:net').AddressInfo} */ (server.address()).port}`;
+    for (const [path, args] of /** @type {[string, string[]][]} */ ([
+      ['metrics', ['--cache-s', '0']],
+      ['schema', []] /* too large to be kept: the others wait for the first alone */,
+    ])) {
+      const relay = await startDaemon({ of, args });
+      most = 0;
+      const all = await Promise.all(Array.from({ length: 4 }, () => fetch(new URL(`/api/v1/${path}`, relay.url))));
+      assert.deepEqual(
+        all.map(({ status }) => status),
+        [200, 200, 200, 200],
+      );
+      assert.ok(most >= 2, `${path}: ${most} at a time`);
+      assert.equal((await relay.stop()).code, 0, relay.errors());
+    }
+  });
+
   /** An owner behind a port that can stop passing bytes on. @param {any} t */
   const throttled = async (t) => {
-    /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. */
-    const way = { of: /** @type {'all' | 'head' | 'unread'} */ ('all') };
+    /** What becomes of new connections: all passes, only the head of the answer, or nothing more is read once it has passed. While it is
+     * dead, nothing passes on any of them, and none is closed. */
+    const way = { of: /** @type {'all' | 'head' | 'unread'} */ ('all'), dead: false };
     const ends = /** @type {import('node:net').Socket[]} */ ([]);
     const server = createTcpServer((near) => {
       const { of } = way,
@@ -336,8 +415,9 @@ describe('relays', { skip, concurrency: 4 }, () => {
       let headed = false;
       ends.push(near, end);
       for (const one of [near, end]) one.on('error', () => {}).on('close', () => [near, end].forEach((each) => each.destroy()));
-      near.on('data', (bytes) => end.write(bytes));
+      near.on('data', (bytes) => way.dead || end.write(bytes));
       end.on('data', (bytes) => {
+        if (way.dead) return;
         const head = bytes.indexOf('\r\n\r\n');
         if (of === 'all' || !headed) near.write(of === 'head' ? bytes.subarray(0, head + 4) : bytes);
         headed = true;
@@ -366,6 +446,24 @@ describe('relays', { skip, concurrency: 4 }, () => {
     const second = await openStream(relay.url, `sessions/${session.id}`, 'bin', { ack: true });
     await second.frame();
     await Promise.all([first.close(), second.close()]);
+  });
+
+  test('a connection that has died without a word is noticed, one that is only quiet is kept', async (t) => {
+    const { relay, way } = await throttled(t);
+    const made = await Promise.all(['dead', 'quiet'].map(() => http.call('POST', '/api/v1/classes', { body: {} })));
+    const session = await http.make({ paused: true });
+    const dead = await openStream(relay.url, `classes/${made[0].json.id}`),
+      quiet = await openStream(near.url, `classes/${made[1].json.id}`),
+      watched = await openStream(relay.url, `sessions/${session.id}`, 'json');
+    await watched.frame();
+    way.dead = true;
+    const begun = performance.now();
+    await waitFor(() => dead.closed, 'the end of the stream', 15000);
+    assert.deepEqual([dead.closed.code, dead.closed.reason], [1013, 'the owner is silent']);
+    await watched.wait((m) => m.type === 'owner' && m.connected === false);
+    assert.ok(performance.now() - begun < 12000, 'before the owner, which waits longer, finds the relay silent');
+    assert.equal(quiet.closed, undefined);
+    await Promise.all([quiet.close(), watched.close()]);
   });
 
   test('messages for an owner that does not read end, and do not fill the memory', async (t) => {

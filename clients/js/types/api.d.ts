@@ -1392,7 +1392,7 @@ export interface components {
         ClassState: {
             /** @constant */
             type: "class";
-            /** @description Rises with each broadcast. */
+            /** @description Rises with each broadcast; begins again at 0 where another daemon goes on with the class. */
             serial: number;
             phase: components["schemas"]["Phase"];
             lesson: components["schemas"]["LessonId"];

@@ -399,11 +399,13 @@ static void fetch_for_all(ll_forward *f, kept_answer *place, const ll_http_reque
 static void answer_kept(ll_forward *f, const char *key, const ll_http_request *request,
                         ll_http_response *response)
 {
+    bool waited = false;
     pthread_mutex_lock(&f->lock);
     kept_answer *place = place_of(f, key);
-    while (place != NULL && place->fetching && strcmp(place->key, key) == 0)
+    for (; place != NULL && place->fetching && strcmp(place->key, key) == 0; waited = true)
         pthread_cond_wait(&f->fetched, &f->lock);
-    if (place != NULL && strcmp(place->key, key) != 0) /* it was replaced meanwhile */
+    /* It was replaced meanwhile, or the answer cannot be kept: all who have waited ask the owner at once. */
+    if (place != NULL && (strcmp(place->key, key) != 0 || (waited && place->until_ns == 0)))
         place = NULL;
     if (place != NULL && is_valid(f, place)) {
         atomic_fetch_add(&f->from_kept, 1);
@@ -424,7 +426,7 @@ void ll_forward_request(ll_forward *f, const ll_http_request *request, ll_http_r
         refuse(response, request, 508, "Too many relays; is %.100s one of itself?%s", f->owner->url, "");
         return;
     }
-    if (key_of(request, key)) {
+    if (f->config->cache_s > 0 && key_of(request, key)) {
         atomic_fetch_add(&f->requests, 1);
         answer_kept(f, key, request, response);
         return;

@@ -80,8 +80,10 @@ struct relay_source {
     unsigned divisor;   /* of the owner's rates for us */
     int64_t lower_ns;   /* since when less would do; 0: never */
     int attempt;
-    int64_t retry_ns, up_ns, heard_ns, pinged_ns, missing_ns, greeted_ns, repeated_ns;
+    int64_t retry_ns, up_ns, pinged_ns, missing_ns, greeted_ns, repeated_ns;
     ll_frame_reader reader;
+    double debt; /* bytes that the owner's messages have cost beyond what is due by now; see `charge` */
+    int64_t charged_ns;
     uint16_t fresh; /* channels whose rows are of the last frame's tick */
     ll_frame_state last;
     uint32_t last_generation;

@@ -17,13 +17,18 @@
 #define RETRY_MOST_NS INT64_C(2000000000) /* and the longest */
 #define STABLE_NS INT64_C(5000000000)     /* a connection that lasted so long was a good one */
 #define PING_NS INT64_C(2000000000)
-#define SILENT_NS INT64_C(7000000000) /* without the answer to a ping: the connection is cut */
+#define MUTE_NS INT64_C(7000000000) /* until a second connection without a hello is given up */
 /* An owner that has just started answers 404 until its sessions are loaded. */
 #define MISSING_NS INT64_C(5000000000)
 #define LOWER_NS INT64_C(2000000000) /* until a subscription is lowered: viewers come and go */
 #define AWAY_NS INT64_C(500000000)   /* until viewers get a message */
 #define GREET_NS INT64_C(100000000)  /* between two fetched hellos */
 #define REPEAT_NS INT64_C(10000000)  /* between two frames for viewers that have come */
+/* What the messages of a session may cost to read, each byte that was sent apart from that FAIR times: deltas
+ * and compression make that of any honest frame. The largest scene costs half as much. */
+#define COST_PER_S (64.0 * (1 << 20))
+#define COST_BURST (2 * COST_PER_S)
+enum { FAIR = 8 };
 enum { SOON = 3 /* the next frame comes within 3 of 60 a second */ };
 #define DRIFT 1e-4 /* of two machines' clocks, at most */
 
@@ -255,7 +260,7 @@ static void path_of(const relay_source *s, char path[120])
 static void greet(relay_source *s, int64_t now)
 {
     char path[120];
-    if (s->greeting != NULL && now - s->greeted_ns > SILENT_NS) { /* the hello that is there has to do */
+    if (s->greeting != NULL && now - s->greeted_ns > MUTE_NS) { /* the hello that is there has to do */
         ll_upstream_close(s->greeting);
         s->greeting = NULL;
     }
@@ -357,18 +362,32 @@ static void acknowledge(relay_source *s)
     ll_upstream_send(s->upstream, text, (size_t)size);
 }
 
+/* Whether the last message may have cost what it did. Not reset with the connection: an owner that is cut off
+ * comes again at once. */
+static bool charge(relay_source *s, size_t size)
+{
+    int64_t now = ll_relay_now();
+    double cost = (double)s->reader.cost - (double)FAIR * (double)size;
+    double paid = (double)(now - s->charged_ns) * 1e-9 * COST_PER_S;
+    s->charged_ns = now;
+    s->debt = (s->debt > paid ? s->debt - paid : 0) + (cost > 0 ? cost : 0);
+    return s->debt <= COST_BURST;
+}
+
 static void lost(relay_source *s, int code, const char *reason);
 
 static void on_binary(void *context, const void *bytes, size_t size)
 {
     relay_source *s = context;
     relay_counts *counts = &s->streams->counts;
-    s->heard_ns = ll_relay_now();
     if (!s->up || s->end_code != 0)
         return;
     atomic_fetch_add_explicit(&counts->frames, 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&counts->bytes, size, memory_order_relaxed);
     ll_status status = ll_frame_reader_take(&s->reader, bytes, size);
+    if (!charge(s, size))
+        status =
+            ll_error(LL_BAD_INPUT, "the owner's messages, when unpacked, have more than 64 MiB a second");
     if (ll_failed(&status)) {
         atomic_fetch_add(&counts->faults, 1);
         ll_upstream_close(s->upstream);
@@ -422,7 +441,6 @@ static void on_text(void *context, const char *text, size_t size)
     relay_source *s = context;
     cJSON *json = cJSON_ParseWithLength(text, size);
     const char *type = text_of(json, "type");
-    s->heard_ns = ll_relay_now();
     if (s->end_code != 0) {
         /* nothing counts any more */
     } else if (strcmp(type, "hello") == 0) {
@@ -467,12 +485,11 @@ static void on_opened(void *context)
 {
     relay_source *s = context;
     s->open = true;
-    s->heard_ns = ll_relay_now();
     s->pinged_ns = 0;
     s->asked = s->granted = (ll_ws_subscription){{0}};
     s->asks = s->granting = 0;
     s->divisor = 1;
-    update_subscription(s, s->heard_ns);
+    update_subscription(s, ll_relay_now());
 }
 
 static void on_closed(void *context, int code, const char *reason)
@@ -492,14 +509,10 @@ static void open_connection(relay_source *s, int64_t now)
         s->retry_ns = now + RETRY_MOST_NS;
 }
 
-static void check_alive(relay_source *s, int64_t now)
+/* Measures the owner's clock. Whether the owner is silent is noticed by upstream.c. */
+static void ping_owner(relay_source *s, int64_t now)
 {
     char text[48];
-    if (now - s->heard_ns > SILENT_NS) {
-        ll_upstream_close(s->upstream);
-        lost(s, LL_UPSTREAM_CUT, "the owner is silent");
-        return;
-    }
     if (s->up && now - s->up_ns > STABLE_NS)
         s->attempt = 0;
     if (now - s->pinged_ns > PING_NS) {
@@ -518,7 +531,7 @@ void ll_relay_source_step(relay_source *s, int64_t now)
     if (s->open)
         update_subscription(s, now);
     if (s->open) /* each of these may find that it has ended */
-        check_alive(s, now);
+        ping_owner(s, now);
     if (s->end_code == 0) {
         note_away(s, now);
         greet(s, now);

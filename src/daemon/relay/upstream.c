@@ -30,6 +30,10 @@ enum {
     EVENTS = 64,
 };
 
+#define CHECK_NS INT64_C(500000000)   /* between two looks for silent ones */
+#define PING_NS INT64_C(2000000000)   /* without a byte of the owner */
+#define SILENT_NS INT64_C(7000000000) /* without the answer to a ping either */
+
 struct ll_upstream {
     ll_upstreams *all;
     ll_upstream *next; /* of `first`, or of the finished attempts */
@@ -47,6 +51,7 @@ struct ll_upstream {
     ll_framing framing;
     ll_buffer message;
     ll_buffer unsent;
+    int64_t heard_ns, pinged_ns; /* when bytes came; when a ping was sent since: 0, none */
     bool connecting, writes, dead;
 };
 
@@ -55,6 +60,7 @@ struct ll_upstreams {
     int epoll, event_fd;
     ll_upstream *first;
     bool any_dead;
+    int64_t checked_ns;
     unsigned char *input;
 
     pthread_mutex_t lock;
@@ -463,7 +469,21 @@ static void read_socket(ll_upstream *u)
             end(u, LL_UPSTREAM_CUT, "the connection to the owner was cut");
             return;
         }
+        u->heard_ns = ll_relay_now();
+        u->pinged_ns = 0;
         take_bytes(u, u->all->input, got);
+    }
+}
+
+/* A connection that is cut without a word, as by a machine that has lost its power or a firewall that has
+ * forgotten it, looks like one of an owner that has nothing to say. */
+static void check_alive(ll_upstream *u, int64_t now)
+{
+    if (now - u->heard_ns > SILENT_NS) {
+        end(u, LL_UPSTREAM_CUT, "the owner is silent");
+    } else if (now - u->heard_ns > PING_NS && u->pinged_ns == 0) {
+        u->pinged_ns = now;
+        send_frame(u, NULL, 0, LL_OPCODE_PING);
     }
 }
 
@@ -486,6 +506,7 @@ static void take_attempt(ll_upstreams *all, ll_upstream *u)
     } else if (epoll_ctl(all->epoll, EPOLL_CTL_ADD, u->fd, &interest) != 0) {
         end(u, LL_UPSTREAM_CUT, "out of memory");
     } else {
+        u->heard_ns = ll_relay_now();
         u->hooks.opened(u->context);
         if (u->early.size > 0)
             take_bytes(u, (unsigned char *)u->early.bytes, u->early.size);
@@ -504,6 +525,17 @@ static void take_attempts(ll_upstreams *all)
         finished = u->next;
         take_attempt(all, u);
     }
+}
+
+static void check_all(ll_upstreams *all)
+{
+    int64_t now = ll_relay_now();
+    if (now - all->checked_ns < CHECK_NS)
+        return;
+    all->checked_ns = now;
+    for (ll_upstream *u = all->first; u != NULL; u = u->next) /* those that a hook opens are not in it yet */
+        if (!u->dead)
+            check_alive(u, now);
 }
 
 static void free_dead(ll_upstreams *all)
@@ -537,6 +569,7 @@ void ll_upstreams_serve(ll_upstreams *all, int wait_ms)
             read_socket(u);
     }
     take_attempts(all);
+    check_all(all); /* after all that has come was read: this program may have been stopped for a while */
     if (all->any_dead)
         free_dead(all);
 }

@@ -2,7 +2,8 @@
  *
  * libcurl resolves names, connects and encrypts. The WebSocket of the version that Debian 12 has is not
  * compiled in, so that frames are read by daemon/net/framing.h, as those of viewers are. Connecting may take
- * seconds: each attempt has a thread for that time. */
+ * seconds: each attempt has a thread for that time. An owner that is silent for some seconds, and does not
+ * answer pings either, counts as gone. */
 #pragma once
 
 #include <stdatomic.h>

@@ -28,7 +28,7 @@ typedef struct postgres_store {
     bool lease_started;
     int wake; /* an eventfd: the lease thread has something to do */
     atomic_bool lease_ends;
-    _Atomic int64_t freeze_at;                    /* monotonic ns */
+    _Atomic int64_t freeze_at;                    /* ns, of ll_pg_now */
     void (*asked)(void *context, const char *id); /* guarded by base.lock */
     void *asked_context;
 } postgres_store;
@@ -46,7 +46,7 @@ ll_status ll_pg_open_tables(const ll_shared_config *config, postgres_store **sto
 
 /* ---- postgres_link.c ---- */
 
-int64_t ll_pg_now(void);
+int64_t ll_pg_now(void); /* ns since the machine started, suspended ones too: of leases */
 pg_self ll_pg_self(postgres_store *s);
 ll_status ll_pg_reach(postgres_store *s, pg_link *link); /* connects */
 

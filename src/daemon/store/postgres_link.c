@@ -5,10 +5,12 @@
 
 #include "daemon/store/postgres.h"
 
+/* The lease in the database goes on while this machine is suspended. CLOCK_MONOTONIC stands still meanwhile,
+ * so that a machine that wakes would take a lease that is over for a valid one. */
 int64_t ll_pg_now(void)
 {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(CLOCK_BOOTTIME, &now);
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 

@@ -11,6 +11,7 @@ enum {
     MESSAGE_KIND = 1,
     INFLATED_MOST = 16 << 20,
     INFLATE_STEP = 64 << 10,
+    COST_MOST = 64 << 20, /* of a message; that of the largest scene has some megabytes */
 };
 
 #define EVENT_NUMBER_MAX (INT64_C(1) << 50)
@@ -186,6 +187,7 @@ static ll_status take_rows(ll_frame_reader *reader, int i, const void *bytes, si
     if (!whole && *have == NULL)
         return bad("a section without its base");
     LL_TRY(ll_rows_decode(reader->record[i], whole ? NULL : *have, bytes, size, &rows));
+    reader->cost += ll_rows_bytes(rows);
     if (reader->record[i]->form == LL_FORM_LOG)
         return take_events(have, rows, whole);
     ll_rows_free(*have);
@@ -214,7 +216,10 @@ static ll_status take_section(ll_frame_reader *reader, cursor *c)
         return ll_ok();
     reader->present |= (uint16_t)(1U << reader->record[i]->channel);
     if (head & 1) {
-        LL_TRY(inflate_section(&reader->inflated, bytes, size));
+        ll_status status = inflate_section(&reader->inflated, bytes, size);
+        reader->cost += reader->inflated.size;
+        if (ll_failed(&status))
+            return status;
         bytes = (const uint8_t *)reader->inflated.bytes;
         size = reader->inflated.size;
     }
@@ -236,13 +241,17 @@ ll_status ll_frame_reader_take(ll_frame_reader *reader, const void *bytes, size_
     reader->jumped = !reader->begun || (flags & LL_FRAME_JUMP) != 0;
     reader->begun = true;
     reader->present = 0;
+    reader->cost = 0;
     if (reader->jumped)
         forget_rows(reader);
     reader->seq = (uint32_t)seq;
     reader->flags = flags & (uint8_t)~LL_FRAME_JUMP;
     reader->tick = tick;
-    while (c.at < c.end)
+    while (c.at < c.end) {
         LL_TRY(take_section(reader, &c));
+        if (reader->cost > COST_MOST) /* a few bytes can stand for a thousand times as many */
+            return bad("a message has more than 64 MiB when it is unpacked");
+    }
     return ll_ok();
 }
 

@@ -22,13 +22,14 @@ typedef struct ll_frame_reader {
     uint8_t flags; /* without LL_FRAME_JUMP */
     int64_t tick;
     ll_buffer inflated;
+    size_t cost; /* of the last message, also of a refused one: bytes that were inflated, and of rows made */
 } ll_frame_reader;
 
 /* For a stream of a session of this kind, before its first message. LL_BAD_INPUT: no such kind or rate. */
 ll_status ll_frame_reader_begin(ll_frame_reader *reader, const char *kind, double tick_hz);
 void ll_frame_reader_end(ll_frame_reader *reader); /* frees its memory; it is all zero then */
 
-/* Reads the next message. LL_BAD_INPUT, LL_NO_MEMORY. */
+/* Reads the next message. LL_BAD_INPUT, also where a few bytes become far too many; LL_NO_MEMORY. */
 ll_status ll_frame_reader_take(ll_frame_reader *reader, const void *bytes, size_t size);
 
 /* Channels of which it has all records; those without a record of the kind among them. */

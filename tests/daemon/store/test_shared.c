@@ -11,7 +11,9 @@
 
 #include <pthread.h>
 #include <sqlite3.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 #include <cmocka.h>
 
@@ -273,6 +275,28 @@ static void without_its_server_a_daemon_freezes_and_goes_on(void **state)
     must(ll_store_close(a));
 }
 
+/* The clocks of this program: what the system says, and a time for which the machine was suspended. */
+static _Atomic time_t suspended_s;
+
+int clock_gettime(clockid_t clock, struct timespec *now)
+{
+    int result = (int)syscall(SYS_clock_gettime, clock, now);
+    if (clock == CLOCK_BOOTTIME)
+        now->tv_sec += suspended_s;
+    return result;
+}
+
+static void a_lease_goes_on_while_the_machine_is_suspended(void **state)
+{
+    (void)state;
+    ll_store *a = join(30); /* renewed every 6 s, which is the time for the lines up to the next check */
+    must(ll_store_check_lease(a));
+    suspended_s = 60;
+    ll_status status = ll_store_check_lease(a);
+    assert_int_equal(status.code, LL_UNAVAILABLE);
+    must(ll_store_close(a));
+}
+
 static void a_lease_that_is_over_can_be_ended(void **state)
 {
     (void)state;
@@ -487,6 +511,7 @@ int main(void)
         cmocka_unit_test(a_dead_daemon_cannot_write),
         cmocka_unit_test(a_commit_under_way_is_seen_by_the_next_owner),
         cmocka_unit_test(without_its_server_a_daemon_freezes_and_goes_on),
+        cmocka_unit_test(a_lease_goes_on_while_the_machine_is_suspended),
         cmocka_unit_test(a_lease_that_is_over_can_be_ended),
         cmocka_unit_test(a_session_is_asked_for_and_released),
         cmocka_unit_test(another_engine_is_named),

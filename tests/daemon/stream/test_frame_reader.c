@@ -183,11 +183,57 @@ static void faults_are_refused(void **state)
     ll_session_destroy(session);
 }
 
+static void put_varint(ll_buffer *to, uint64_t value)
+{
+    for (; value >= 128; value >>= 7)
+        ll_buffer_add(to, &(uint8_t){(uint8_t)(value | 128)}, 1);
+    ll_buffer_add(to, &(uint8_t){(uint8_t)value}, 1);
+}
+
+/* A section of a few bytes, with `count` rows of zeros. */
+static void put_zeros(ll_buffer *to, const ll_record *record, uint64_t count)
+{
+    ll_buffer body = {0};
+    put_varint(&body, count);
+    put_varint(&body, 0); /* none of them changed */
+    put_varint(to, (uint64_t)record->id);
+    put_varint(to, body.size << 2 | 2);
+    ll_buffer_add(to, body.bytes, body.size);
+    free(body.bytes);
+}
+
+static void few_bytes_do_not_become_any_number(void **state)
+{
+    (void)state;
+    hop h;
+    int i = 0;
+    begin(&h, "race");
+    while (h.reader.record[i]->form != LL_FORM_BY_INDEX)
+        i++;
+    const ll_record *record = h.reader.record[i];
+    uint64_t count = (16 << 20) / (8 * (uint64_t)record->count);
+    ll_buffer message = {0};
+    ll_buffer_add(&message, "\1\0\1\0", 4);
+    put_zeros(&message, record, count);
+    must(ll_frame_reader_take(&h.reader, message.bytes, message.size));
+    assert_int_equal(h.reader.rows[i]->count, count);
+    assert_true(h.reader.cost >= count * 8 && h.reader.cost < 17 << 20);
+    for (int k = 0; k < 200; k++)
+        put_zeros(&message, record, count);
+    ll_status status = ll_frame_reader_take(&h.reader, message.bytes, message.size);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_non_null(strstr(status.text, "64 MiB"));
+    assert_true(h.reader.cost < 96 << 20);
+    free(message.bytes);
+    end(&h);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_pass_unchanged),
         cmocka_unit_test(faults_are_refused),
+        cmocka_unit_test(few_bytes_do_not_become_any_number),
     };
     return cmocka_run_group_tests_name("frame_reader", tests, NULL, NULL);
 }

@@ -6,7 +6,8 @@ const GONE = 4404; /* close code: no such class */
 
 /**
  * @typedef {object} Handlers
- * @property {(state: import('./state.js').State) => void} state
+ * @property {(state: import('./state.js').State, first: boolean) => void} state  first: of this connection. Another daemon may have the class
+ *   by then, whose serials begin again at 0
  * @property {(member: import('./state.js').Member) => void} member  for this member alone
  * @property {(attempt: number) => void} lost   0: it is open again
  * @property {(why: string) => void} gone       the class has ended
@@ -58,7 +59,7 @@ export class Line {
         this.attempt = 0;
         this.on.lost(0);
       }
-      this.on.state(message);
+      this.on.state(message, message.type === 'hello');
     } else if (message.type === 'member') {
       this.on.member(message);
     } else if (message.type === 'bye') {

@@ -16,7 +16,7 @@ import { lobby, teacherStrip } from './lobby.js';
 import { begin as attend, take } from './member.js';
 import { attempt, me, now, part, reason, room, say, secret, shows, told } from './state.js';
 import { memberStrip } from './strip.js';
-import { begin as lead } from './teacher.js';
+import { begin as lead, putBoard } from './teacher.js';
 import { need, t } from '../base/words.js';
 
 const root = document.createElement('div');
@@ -104,8 +104,8 @@ function listen({ id, code, join, state }, key) {
   now.value = state;
   line?.close();
   line = new Line(id, key, {
-    state(next) {
-      if (next.serial >= (now.peek()?.serial ?? 0)) now.value = next;
+    state(next, first) {
+      if (first || next.serial >= (now.peek()?.serial ?? 0)) now.value = next;
     },
     member: take,
     lost(tries) {
@@ -125,10 +125,7 @@ export async function teach() {
   }
   try {
     const made = await make('classes', {});
-    const board = await call('PUT', `classes/${made.id}/board`, {
-      body: { session: shown.id, owner_key: shown.key },
-      key: made.teacher_key,
-    });
+    const board = await putBoard(made.id, made.teacher_key, shown);
     const key = board.owner_key ?? shown.key; /* several daemons show a fork of it */
     if (board.owner_key) keep(board.id, key, false);
     await call('POST', `sessions/${board.id}/control`, { body: { op: 'pause' }, key }).catch(() => {}); /* it waits for the class */
@@ -140,6 +137,10 @@ export async function teach() {
     notify(t('class.none', { why: reason(error) }));
   }
 }
+
+/** Whether the next attempt may do: no daemon has answered, or a daemon or a proxy that cannot at this moment, as while a class goes to
+ * another daemon. @param {unknown} error */
+const passes = (error) => !(error instanceof Problem) || [502, 503, 504].includes(error.status);
 
 /** Goes on as what this tab was, if it was in that class. @param {string} id @param {string} key the teacher's, of the address */
 async function resume(id, key) {
@@ -154,7 +155,7 @@ async function resume(id, key) {
     const member = await call('GET', `classes/${id}/member`, { key: old.secret });
     attend(old.secret, member, old.shows === 'copy' ? 'copy' : 'board');
   } catch (error) {
-    if (!(error instanceof Problem)) throw error; /* the class does not know it any more: join again */
+    if (passes(error)) throw error; /* else the class does not know it any more: join again */
   }
 }
 
@@ -169,7 +170,7 @@ async function find(code, key = '', tries = 1) {
     listen(found, '');
     await resume(found.id, key);
   } catch (error) {
-    if (error instanceof Problem) {
+    if (error instanceof Problem && !passes(error)) {
       room.value = null;
       say(error.status === 404 ? t('class.no_code', { code }) : error.message);
       return;

@@ -1,9 +1,9 @@
 // What the teacher does to a class.
 import { effect, signal, untracked } from '../../vendor/signals-core.js';
-import { call } from '../base/api.js';
+import { Problem, call } from '../base/api.js';
 import { keep, keyOf } from '../session/opening.js';
 import { show } from '../session/session.js';
-import { place, session } from '../session/state.js';
+import { notify, place, session } from '../session/state.js';
 import { control } from '../session/time.js';
 import { keepClass } from './kept.js';
 import { readLesson, readLessons } from './lesson.js';
@@ -13,15 +13,36 @@ import { t } from '../base/words.js';
 /** Of the next question that is not one of a lesson. */
 export const choices = signal(4);
 
-/** @param {string} method @param {string} path below the class @param {unknown} [body] @returns {Promise<any>} null when it was refused */
-async function ask(method, path, body) {
+const HAND_OVER_MS = 15000 /* of several daemons, the one that has just made a session keeps it for 5 s */,
+  AGAIN_MS = 500;
+
+/** Shows a session on the board of a class; waits while another daemon hands it over to the one that has the class.
+ * @param {string} id of the class @param {string} key the teacher's @param {import('../session/state.js').Session} shown @returns {Promise<any>} */
+export async function putBoard(id, key, shown) {
+  const end = performance.now() + HAND_OVER_MS;
+  for (;;) {
+    try {
+      return await call('PUT', `classes/${id}/board`, { body: { session: shown.id, owner_key: shown.key }, key });
+    } catch (error) {
+      if (!(error instanceof Problem) || error.status !== 503 || performance.now() > end) throw error;
+      notify(t('class.preparing'));
+      await new Promise((done) => setTimeout(done, AGAIN_MS));
+    }
+  }
+}
+
+/** @param {() => Promise<any>} request @returns {Promise<any>} null when it was refused */
+async function tried(request) {
   try {
-    return (await call(method, `classes/${room.peek()?.id}${path}`, { body, key: secret.peek() })) ?? {};
+    return (await request()) ?? {};
   } catch (error) {
     say(t('session.not_done', { detail: reason(error) }));
     return null;
   }
 }
+
+/** @param {string} method @param {string} path below the class @param {unknown} [body] @returns {Promise<any>} null when it was refused */
+const ask = (method, path, body) => tried(() => call(method, `classes/${room.peek()?.id}${path}`, { body, key: secret.peek() }));
 
 /** @param {Record<string, unknown>} patch */
 export async function set(patch) {
@@ -72,7 +93,7 @@ function follow(id) {
 async function put(shown) {
   left = board;
   board = shown.id;
-  const made = await ask('PUT', '/board', { session: shown.id, owner_key: shown.key });
+  const made = await tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown));
   if (!made?.owner_key) return;
   keep(made.id, made.owner_key, false); /* several daemons show a fork of it */
   follow(made.id);
