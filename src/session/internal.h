@@ -197,7 +197,6 @@ struct cJSON *ll_input_write(const ll_log_entry *entry); /* caller deletes */
 
 /* Tick at which a step acts; INT64_MAX after the last step. */
 int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
-ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
 
 /* ---- tick_hashes.c ---- */
 
