@@ -79,7 +79,7 @@ export function drawer(next, of) {
       x = Math.max(low, high * 10 ** (-8 * next())); // small ones as often
     else if (which < 0.5) x = low;
     else if (which < 0.6) x = high;
-    else if (which < 0.63) x = low + (high - low) * 1e-9;
+    else if (which < 0.63) x = low + pick([1e-300, 1e-9 * (high - low)]);
     else if (which < 0.65) x = high * 1.0001 + 1;
     else if (which < 0.67) x = low - 1e-6 - Math.abs(low) * 1e-6;
     else if (which < 0.7) x = pick([0, 1, -1, 0.1]);
