@@ -221,7 +221,6 @@ ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *val
 
 /* Tick at which a step acts; INT64_MAX after the last step. */
 int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
-ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
 
 /* ---- engine.c ---- */
 

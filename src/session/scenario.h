@@ -17,6 +17,8 @@ ll_status ll_scenario_parse(const struct cJSON *json, ll_scenario *scenario);
 /* The same of the parameters of a session that runs: changes may have made steps of its timeline invalid,
  * which it skips. */
 ll_status ll_scenario_parse_running(const struct cJSON *json, ll_scenario *scenario);
+/* Of what ll_scenario_parse checks only the timeline: the order of its steps, and that each can be set. */
+ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
 void ll_scenario_free(ll_scenario *scenario);
 
 /* Sets values of a scenario's JSON through its tables, each path=value, in any order: see ll_param_put. Those

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
+import { random } from '../lib/draws.mjs';
 import { axe, launch, until, visit } from './lib.mjs';
 
 const SEED = Number(process.env.LAGLAB_PAGE_SEED ?? 20261124);
@@ -16,17 +17,6 @@ after(async () => {
   await browser?.close();
   await daemon?.stop();
 });
-
-/** Numbers in [0, 1) that a seed determines (mulberry32). @param {number} seed */
-function random(seed) {
-  let state = seed;
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let x = Math.imul(state ^ (state >>> 15), 1 | state);
-    x = (x + Math.imul(x ^ (x >>> 7), 61 | x)) ^ x;
-    return ((x ^ (x >>> 14)) >>> 0) / 4294967296;
-  };
-}
 
 /** Acts on one of the controls that can be seen; its description. @param {[number, number]} at which, and with what value: in [0, 1) */
 function act([which, value]) {

@@ -339,6 +339,19 @@ static void a_shorter_timeout_ends_leases(void **state)
     free(log.text);
 }
 
+/* A device that is read once in an age: the wait was more ns than an integer has. */
+static void a_device_may_be_read_hardly_ever(void **state)
+{
+    (void)state;
+    growing log = {0};
+    ll_session *s = open_library("rifle", &log);
+    patch_text(s, "{\"players.0.input_hz\":1e-300,\"players.1.input_hz\":1e-9}");
+    must(ll_session_run_to(s, 200));
+    assert_log_gives(&log, s);
+    ll_session_destroy(s);
+    free(log.text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -347,6 +360,7 @@ int main(void)
         cmocka_unit_test(a_restart_has_the_layout_of_its_parameters),
         cmocka_unit_test(a_host_is_not_replaced_before_the_game),
         cmocka_unit_test(a_shorter_timeout_ends_leases),
+        cmocka_unit_test(a_device_may_be_read_hardly_ever),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

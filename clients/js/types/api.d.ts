@@ -1328,6 +1328,7 @@ export interface components {
             time_s: components["schemas"]["Seconds"];
             head_tick: components["schemas"]["Tick"];
             log_end_s: components["schemas"]["Seconds"];
+            /** @description Of whole ticks: 0 if it is shorter than one. */
             duration_s: number;
             tick_hz: number;
             speed: components["schemas"]["Speed"];

@@ -75,6 +75,7 @@ ll_status ll_experiment_open(const ll_experiment *e, int64_t run, ll_scenario *s
         return ll_error(LL_NO_MEMORY, "out of memory: scenario");
     }
     ll_status status = ll_experiment_apply(scenario->kind, values, scenario->config);
+    LL_THEN(status, ll_timeline_check(scenario->kind, scenario->config));
     cJSON_Delete(values);
     ((ll_scenario_head *)scenario->config)->seed = ll_experiment_seed(e, run);
     if (ll_failed(&status))

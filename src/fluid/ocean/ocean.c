@@ -43,6 +43,10 @@ ll_status ll_ocean_check(const ll_ocean_setup *s)
     if (s->n % 2 != 0 || !ll_fft_allowed(s->n))
         return ll_field_error(LL_BAD_INPUT, "n", "n: must be even, without prime factors above 5; got %lld.",
                               (long long)s->n);
+    const double loop_min_s = 1e-6; /* a frame of it, at most 256, is some ns, and time is counted in these */
+    if (s->loop_s > 0 && s->loop_s < loop_min_s)
+        return ll_field_error(LL_BAD_INPUT, "loop_s", "loop_s: must be 0 or at least %g s; got %g.",
+                              loop_min_s, s->loop_s);
     if (s->method != LL_OCEAN_TILED)
         return ll_ok();
     if (s->tile % 2 != 0 || !ll_fft_allowed(s->tile) || s->n % s->tile != 0)

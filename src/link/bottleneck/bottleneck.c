@@ -39,7 +39,8 @@ static ll_time gap(ll_bottleneck *b)
     double mean = (double)ll_bottleneck_transmission(&b->params, b->params.cross_bytes) * 100 /
                   b->params.cross_load_pct;
     double u = ll_rng_unit(b->seed, b->stream, (uint64_t)b->crossed);
-    return (ll_time)(-mean * ll_detmath_log(1 - u)) + 1;
+    double ns = -mean * ll_detmath_log(1 - u), most = 1e17; /* later than any run: at loads near 0 */
+    return (ll_time)(ns < most ? ns : most) + 1;
 }
 
 /* All that entered before `now`. */

@@ -2,7 +2,10 @@
 
 ll_time ll_bottleneck_transmission(const ll_bottleneck_params *params, int64_t bytes)
 {
-    return ll_ms(8.0 * (double)bytes / params->rate_kbps);
+    const double most_ms =
+        1e9; /* longer than any limit and any run; at rates near 0 it was no number of ns */
+    double ms = 8.0 * (double)bytes / params->rate_kbps;
+    return ll_ms(ms < most_ms ? ms : most_ms);
 }
 
 #define NAMED(KIND, NAME) #NAME,

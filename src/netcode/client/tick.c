@@ -62,7 +62,9 @@ static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_a
 ll_time ll_client_control_time(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_player_config *config = s->config;
-    double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
+    const double slowest_hz = 1e-3; /* as of all rates: nearer to 0 the wait is no number of ns */
+    double read_hz = config->input_hz > slowest_hz ? config->input_hz : slowest_hz;
+    double read_ms = config->input_hz > 0 ? 1e3 / read_hz : 0;
     if (read_ms > 0)
         read_ms *=
             ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->inputs.seq);

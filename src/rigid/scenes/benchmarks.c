@@ -211,7 +211,7 @@ static ll_status junkyard(ll_rigid *w, const ll_scene_args *a)
 static ll_status junkyard_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 {
     double half = 0.45 * (double)a->size;
-    int64_t way = (int64_t)(60 * 2 * half / a->speed);
+    int64_t way = (int64_t)fmax(1, fmin(60 * 2 * half / a->speed, 1e15)); /* steps; any speed is valid */
     if (step == 0 || step % way != 0)
         return ll_ok();
     ll_body_id pusher = ll_rigid_body_at(w, ll_rigid_body_end(w) - 1);

@@ -126,6 +126,36 @@ static void failed_runs_have_no_cost(void **state)
     ll_experiment_free(e);
 }
 
+/* As when a session is made of the run's scenario: steps out of order, and one that the point's values
+ * forbid. */
+static void a_timeline_that_a_point_contradicts_is_refused(void **state)
+{
+    (void)state;
+    static const char *const of[][2] = {
+        {"{\"scenario\":\"race\",\"set\":{\"duration_s\":0.5,\"timeline\":[{\"at_s\":0.1,\"set\":{\"players."
+         "0.lag_ms\":9}},"
+         "{\"at_s\":0.2,\"set\":{\"players.0.lag_ms\":5}}]},\"axes\":[{\"path\":\"timeline.0.at_s\","
+         "\"values\":[0.1,0.3]}]," METRICS "}",
+         "timeline.1.at_s"},
+        {"{\"scenario\":{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":10,\"methods\":[{"
+         "\"method\":\"rk4\"}],"
+         "\"timeline\":[{\"at_s\":0.5,\"set\":{\"methods.0.dt_s\":5}}]},\"axes\":[{\"path\":\"duration_s\","
+         "\"values\":[10,1]}],"
+         "\"metrics\":[\"methods.0.e_final\"]}",
+         "timeline.0.set"},
+    };
+    for (size_t k = 0; k < sizeof of / sizeof of[0]; k++) {
+        ll_experiment *e = experiment(of[k][0]);
+        for (int i = 0; i < 2; i++) {
+            ll_row row;
+            must(ll_experiment_run(e, i, NULL, NULL, &row));
+            assert_int_equal(row.status, i == 1 ? LL_ROW_REFUSED : LL_ROW_OK);
+            assert_true((strstr(row.error, of[k][1]) != NULL) == (i == 1));
+        }
+        ll_experiment_free(e);
+    }
+}
+
 /* A step of 5 s is valid with a duration of 10 s but not of 1 s: each value is valid alone. */
 static void invalid_combinations_are_reported_in_the_row(void **state)
 {
@@ -217,6 +247,7 @@ int main(void)
         cmocka_unit_test(a_part_that_fails_has_no_metrics),
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
         cmocka_unit_test(a_run_that_is_lost_has_no_metrics),
+        cmocka_unit_test(a_timeline_that_a_point_contradicts_is_refused),
         cmocka_unit_test(invalid_combinations_are_reported_in_the_row),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -246,13 +246,26 @@ static void buoys_follow_long_waves(void **state)
 static void hostile_setups_are_refused(void **state)
 {
     (void)state;
-    static const char *const bad[] = {
-        "n=7",           "n=22",           "n=34",
-        "n=9999999",     "length_m=nan",   "length_m=0",
-        "depth_m=-1",    "waves=0",        "wind_speed_mps=1e9",
-        "method=tiled",  "method=waves",   "loop_s=4 tile=12 n=32 method=tiled",
-        "gravity=false", "loop_s=-1",      "loop_s=4 tile=6 n=32 method=tiled",
-        "tile=1e30",     "choppiness=inf", "loop_s=4 n=512 tile=256 frames=99 method=tiled"};
+    static const char *const bad[] = {"n=7",
+                                      "n=22",
+                                      "n=34",
+                                      "n=9999999",
+                                      "length_m=nan",
+                                      "length_m=0",
+                                      "depth_m=-1",
+                                      "waves=0",
+                                      "wind_speed_mps=1e9",
+                                      "method=tiled",
+                                      "method=waves",
+                                      "loop_s=4 tile=12 n=32 method=tiled",
+                                      "gravity=false",
+                                      "loop_s=-1",
+                                      "loop_s=1e-9",
+                                      "loop_s=1e-300 tile=8 n=32 method=tiled",
+                                      "loop_s=4 tile=6 n=32 method=tiled",
+                                      "tile=1e30",
+                                      "choppiness=inf",
+                                      "loop_s=4 n=512 tile=256 frames=99 method=tiled"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         ll_ocean_setup setup;
         ll_status status = setup_by(bad[i], &setup);

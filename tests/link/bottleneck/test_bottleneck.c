@@ -173,10 +173,29 @@ static void the_table_is_sound(void **state)
     assert_string_equal(ll_param_table_valid(&ll_bottleneck_table).text, "");
 }
 
+/* No packet passes at a rate near 0, nor does one come at a load near 0: their times were no numbers of ns.
+ */
+static void rates_and_loads_may_be_next_to_nothing(void **state)
+{
+    (void)state;
+    static const double least[] = {1e-300, 1e-15, 1e-9};
+    for (int k = 0; k < 3; k++) {
+        ll_bottleneck slow = queue_of(least[k], LL_DISCIPLINE_TAIL_DROP),
+                      quiet = queue_of(12000, LL_DISCIPLINE_TAIL_DROP);
+        slow.params.cross_load_pct = quiet.params.cross_load_pct = least[k];
+        for (ll_time now = 0; now < 3600 * LL_SECOND; now += 100 * LL_SECOND) {
+            assert_true(ll_bottleneck_enter(&slow, now, 100, false).dropped);
+            assert_true(ll_bottleneck_enter(&quiet, now, 1500, false).leaves == now + LL_MS);
+        }
+        assert_true(slow.crossed == 0 && quiet.crossed == 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cross_traffic_makes_an_m_d_1_queue),
+        cmocka_unit_test(rates_and_loads_may_be_next_to_nothing),
         cmocka_unit_test(codel_drops_at_its_times),
         cmocka_unit_test(codel_marks_at_its_times),
         cmocka_unit_test(codel_keeps_bursts),

@@ -99,6 +99,50 @@ static void every_scene_runs(void **state)
     assert_null(ll_scene_named("no such"));
 }
 
+/* A few steps of a scene that may be refused, or diverge. Whether it was run. */
+static bool runs_or_is_refused(const ll_scene *scene, ll_scene_args given)
+{
+    enum { most_bytes = 4000000, steps = 10 };
+    ll_rigid_params p = scene_params(scene->name, given);
+    ll_scene_args args = scene_args(scene, given);
+    ll_rigid_limits limits = {.broad = LL_BROAD_TREE};
+    scene->limits(&args, &limits);
+    ll_status status = ll_rigid_check(&limits);
+    if (ll_failed(&status) || ll_rigid_size(&limits) > most_bytes)
+        return false;
+    ll_rigid *w = world_of(&limits, &p);
+    status = scene->build(w, &args);
+    for (int step = 0; step < steps && !ll_failed(&status); step++) {
+        if (scene->drive != NULL)
+            status = scene->drive(w, &args, step);
+        if (!ll_failed(&status))
+            status = ll_rigid_step(w, 1.0 / 60, NULL);
+    }
+    free(w);
+    return true;
+}
+
+/* Every argument at both ends of its range: a pusher so fast that it turns in each step was a division by 0.
+ */
+static void every_scene_takes_the_ends_of_its_arguments(void **state)
+{
+    (void)state;
+    static const ll_scene_args ends[] = {
+        {.size = 1},       {.size = 2},    {.size = 3},          {.size = 100000},
+        {.ratio = 1e-300}, {.ratio = 1e6}, {.offset = 1e-300},   {.offset = 1e7},
+        {.speed = 1e-300}, {.speed = 1e5}, {.friction = 1e-300}, {.friction = 10},
+    };
+    int run = 0;
+    for (int i = 0; i < ll_scene_count; i++)
+        for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++) {
+            ll_scene_args args = ends[k];
+            if (args.size == 0)
+                args.size = small_size(ll_scenes[i]);
+            run += runs_or_is_refused(ll_scenes[i], args);
+        }
+    assert_true(run > 10 * ll_scene_count);
+}
+
 /* Bodies are added and removed: the world stays valid, and the joints of ragdolls hold. */
 static void rain_comes_and_goes(void **state)
 {
@@ -166,6 +210,7 @@ int main(void)
         cmocka_unit_test(hard_cases_keep_their_bounds),
         cmocka_unit_test(confined_balls_come_to_rest),
         cmocka_unit_test(every_scene_runs),
+        cmocka_unit_test(every_scene_takes_the_ends_of_its_arguments),
         cmocka_unit_test(rain_comes_and_goes),
         cmocka_unit_test(volumes_change_while_it_runs),
         cmocka_unit_test(the_tables_are_sound),
