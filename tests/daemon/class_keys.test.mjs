@@ -173,7 +173,8 @@ test('kill -9 and a new start: what was made with a key still counts, and the by
     await new Promise((resolve) => setTimeout(resolve, 300)); /* a class is stored some milliseconds after its answer */
     await daemon.kill();
     const more = 1 << 20;
-    const longer = `UPDATE log SET line=line||printf('%${more}s','') WHERE line_index=0 AND session=(SELECT number FROM sessions WHERE id='${session.id}')`;
+    const number = `(SELECT number FROM sessions WHERE id='${session.id}')`,
+      longer = `UPDATE log SET line=line||printf('%${more}s','') WHERE line_index=0 AND session=${number}`;
     execFileSync('sqlite3', [path.join(daemon.data, 'laglab.db'), longer]);
     const use = async (/** @type {any} */ again) => {
       assert.deepEqual((await usesOf(again)).north.used, { ...before, log_bytes: before.log_bytes + more });

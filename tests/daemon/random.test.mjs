@@ -23,7 +23,12 @@ test(`requests at random for ${SECONDS} s`, async () => {
         await explorer.round(round, TURNS, until);
       } catch (error) {
         await new Promise((resolve) => setTimeout(resolve, 300));
-        const said = `seed ${SEED}, round ${round}, ${new Date().toISOString()}: ${error.stack}\nThe last requests:\n${explorer.last.join('\n')}\n${explorer.daemon.errors()}`;
+        const said = [
+          `seed ${SEED}, round ${round}, ${new Date().toISOString()}: ${error.stack}`,
+          'The last requests:',
+          ...explorer.last,
+          explorer.daemon.errors(),
+        ].join('\n');
         failures.push(said);
         process.stderr.write(`${said}\n\n`);
         total.requests += explorer.requests;
@@ -33,12 +38,11 @@ test(`requests at random for ${SECONDS} s`, async () => {
         await explorer.start();
       }
       if (SECONDS > 60)
-        process.stderr.write(
-          `round ${round}: ${explorer.requests} requests, rss ${Math.round(explorer.rss() / 2 ** 20)} MiB, ${JSON.stringify(explorer.compared)}\n`,
-        );
+        process.stderr.write(`round ${round}: ${explorer.requests} requests, rss ${Math.round(explorer.rss() / 2 ** 20)} MiB\n`);
     }
     process.stderr.write(
-      `${total.requests + explorer.requests} requests, ${Object.keys(explorer.answers).length} of the documented answers, ${JSON.stringify(explorer.compared)}\n`,
+      `${total.requests + explorer.requests} requests, ${Object.keys(explorer.answers).length} of the documented answers, ` +
+        `${JSON.stringify(explorer.compared)}\n`,
     );
   } finally {
     await explorer.end();

@@ -390,6 +390,8 @@ test('another engine is named, and a replay that differs is no session', { skip 
   assert.ok(log.startsWith(kept.text.split('\n')[0]), 'the same header');
 });
 
+const numberOf = ({ id }) => `(SELECT no FROM laglab_sessions.session WHERE id='${id}')`;
+
 /** The sizes of the stored states, by session. @returns {Map<string, number>} */
 const states = () =>
   new Map(
@@ -413,7 +415,7 @@ test('a session with a long log begins from a stored state: same hash, same late
     }
   }
   await step(a.c, young, 20);
-  await waitFor(() => old.every(({ id }) => states().has(id)), 10000);
+  await waitFor(() => old.every(({ id }) => states().has(id)), 'the states', 10000);
   assert.equal(states().has(young.id), false, 'its log is replayed at once');
   // A command at an earlier tick: the state is of a run that the log does not have any more.
   await a.c.control(rewound, { op: 'seek', tick: 100 });
@@ -422,10 +424,7 @@ test('a session with a long log begins from a stored state: same hash, same late
   await a.c.patch(late, { 'players.0.lag_ms': 88 });
   const seen = await Promise.all(old.map(async (session) => (await a.c.get(session.links.state)).json));
   await a.kill();
-  postgres(
-    'sql',
-    `UPDATE laglab_sessions.state SET body=substr(body,1,length(body)-9) WHERE session=(SELECT no FROM laglab_sessions.session WHERE id='${damaged.id}')`,
-  );
+  postgres('sql', `UPDATE laglab_sessions.state SET body=substr(body,1,length(body)-9) WHERE session=${numberOf(damaged)}`);
   for (const [i, session] of old.entries()) {
     const { answer } = await eventually(() => b.c.get(session.links.state));
     assert.equal(answer.status, 200, answer.text);

@@ -120,7 +120,8 @@ test('sessions of a class count for its key at any daemon; their logs count wher
   assert.equal((await patch(a, long)).status, 200);
   postgres(
     'sql',
-    `UPDATE laglab_sessions.line SET body=body||repeat(' ',1100000) WHERE i=0 AND session=(SELECT no FROM laglab_sessions.session WHERE id='${long.id}')`,
+    `UPDATE laglab_sessions.line SET body=body||repeat(' ',1100000) WHERE i=0 AND
+      session=(SELECT no FROM laglab_sessions.session WHERE id='${long.id}')`,
   );
   await a.kill();
   const { answer: taken } = await eventually(() => b.c.get(`${S}/${long.id}`));

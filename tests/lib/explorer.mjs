@@ -58,6 +58,17 @@ function nest(values) {
   return patch;
 }
 
+const FORMATS = ['csv', 'ndjson', 'json', 'parquet', 'sqlite'],
+  OF_POINTS = [
+    '',
+    'points=true',
+    'points=true&compare=first',
+    'points=true&compare=0',
+    'points=true&compare=9',
+    'sensitivity=true',
+    'compare=x%3D1',
+  ].map((wish) => wish && `&${wish}`);
+
 export class Explorer {
   /** @param {number} seed */
   constructor(seed) {
@@ -125,13 +136,12 @@ export class Explorer {
     if (process.env.LAGLAB_RANDOM_TRACE) appendFileSync(process.env.LAGLAB_RANDOM_TRACE, `${line}\n`);
   }
 
-  /** Asks, and holds the answer against the document. @param {string} method @param {string} template @param {Record<string, any>} values @param {any} [wish] */
+  /** Asks, and holds the answer against the document.
+   * @param {string} method @param {string} template @param {Record<string, any>} values @param {any} [wish] */
   async call(method, template, values = {}, wish = {}) {
     const at = template.replace(/{(\w+)}/g, (_, name) => values[name]) + (wish.query ?? '');
     this.requests++;
-    this.note(
-      `${method} ${at} ${wish.key ?? ''} ${wish.body === undefined ? '' : typeof wish.body === 'string' ? wish.body : JSON.stringify(wish.body)}`,
-    );
+    this.note(`${method} ${at} ${wish.key ?? ''} ${typeof wish.body === 'string' ? wish.body : (JSON.stringify(wish.body) ?? '')}`);
     const answer = await this.c.call(method.toUpperCase(), at, { timeout: 240000, ...wish });
     this.note(`   ${answer.status} ${answer.text.slice(0, 160)}`);
     const where = this.contract.check(method, template, answer);
@@ -385,8 +395,7 @@ export class Explorer {
       from = d.pick([0, 0.5, 1, 1e9, 1e-9]);
     let query = '';
     if (part === '/state' && d.chance(0.7)) query = `?tick=${d.pick([0, 1, 5, 60, 100, -1, 1e9, 'x', '9'.repeat(25)])}`;
-    if (part === '/trace')
-      query = `?of=${of}&format=${d.pick(['csv', 'ndjson', 'json', 'parquet', 'sqlite'])}&from_s=${from}&to_s=${d.pick([from, from + 1, 5, 1e9, 0])}`;
+    if (part === '/trace') query = `?of=${of}&format=${d.pick(FORMATS)}&from_s=${from}&to_s=${d.pick([from, from + 1, 5, 1e9, 0])}`;
     if (part === '/packets') query = d.pick(['', `?from_s=${from}&to_s=${from + 1}`, '?at=server', '?at=A', '?at=']);
     await this.call('get', I + part, s, { query });
     if (d.chance(0.2)) await this.call('get', '/api/v1/codes/{code}', s);
@@ -594,7 +603,7 @@ export class Explorer {
         }),
       () =>
         this.call('get', `${at}/results`, x, {
-          query: `?format=${d.pick(['csv', 'json', 'ndjson', 'parquet', 'sqlite'])}${d.pick(['', '&points=true', '&points=true&compare=first', '&points=true&compare=0', '&points=true&compare=9', '&sensitivity=true', '&compare=x%3D1'])}`,
+          query: `?format=${d.pick(FORMATS)}${d.pick(OF_POINTS)}`,
         }),
       () => this.call('get', `${at}/report`, x),
       () => this.archive(x),

@@ -49,7 +49,8 @@ async function open(url) {
   return visitor;
 }
 
-/** The page draws newer and newer frames of this session, without a reload. @param {import('playwright-core').Page} page @param {string} id */
+/** The page draws newer and newer frames of this session, without a reload.
+ * @param {import('playwright-core').Page} page @param {string} id */
 async function goes_on(page, id) {
   await until(async () => (await sessionOf(page))?.id === id && (await frameOf(page)) !== null, `the page shows ${id}`, 15000);
   const { tick } = await frameOf(page);

@@ -17,7 +17,8 @@ const HAND_OVER_MS = 15000 /* of several daemons, the one that has just made a s
   AGAIN_MS = 500;
 
 /** Shows a session on the board of a class; waits while another daemon hands it over to the one that has the class.
- * @param {string} id of the class @param {string} key the teacher's @param {import('../session/state.js').Session} shown @returns {Promise<any>} */
+ * @param {string} id of the class @param {string} key the teacher's @param {import('../session/state.js').Session} shown
+ * @returns {Promise<any>} */
 export async function putBoard(id, key, shown) {
   const end = performance.now() + HAND_OVER_MS;
   for (;;) {
