@@ -211,7 +211,8 @@ export async function makeSession(url, scenario = 'race', set = {}) {
 }
 
 /** Runs the viewers of `targets` (lines of stream_client) against a server. */
-export async function measureStreams({ port, mode, pid, targets, warmup, seconds, ack = true }) {
-  const options = ['--port', port, '--mode', mode, '--pid', pid, '--warmup', warmup, '--seconds', seconds, ...(ack ? [] : ['--no-ack'])];
+export async function measureStreams({ port, mode, pid, targets, warmup, seconds, ack = true, hz = 60 }) {
+  const options = ['--port', port, '--mode', mode, '--pid', pid, '--warmup', warmup, '--seconds', seconds, '--hz', hz];
+  if (!ack) options.push('--no-ack');
   return JSON.parse(await run(streamClient, options.map(String), targets.join('\n') + '\n'));
 }

@@ -66,6 +66,7 @@ typedef struct viewer {
 
 static mode server_mode;
 static bool acknowledge = true;
+static int rate_hz = 60; /* of a viewer's frames */
 static uint16_t port;
 static viewer *viewers;
 static int viewer_count;
@@ -122,10 +123,13 @@ static void send_ack(viewer *v, uint32_t seq)
 /* What the page subscribes to, and the clock. */
 static void subscribe(viewer *v)
 {
-    static const char wish[] = "{\"subscribe\":{\"session\":60,\"scene\":60,\"lanes\":60,\"gauges\":10,"
-                               "\"shots\":5,\"clock\":60,\"bodies\":60}}";
+    char wish[128];
+    int size = snprintf(wish, sizeof wish,
+                        "{\"subscribe\":{\"session\":%d,\"scene\":%d,\"lanes\":%d,\"gauges\":%d,\"shots\":5,"
+                        "\"clock\":%d,\"bodies\":%d}}",
+                        rate_hz, rate_hz, rate_hz, rate_hz < 10 ? rate_hz : 10, rate_hz, rate_hz);
     if (server_mode != COLYSEUS)
-        send_message(v, 1, wish, sizeof wish - 1);
+        send_message(v, 1, wish, (size_t)size);
 }
 
 /* ---- receiving ---- */
@@ -569,6 +573,8 @@ int main(int argc, char **argv)
                                                          : LAGLAB;
         else if (strcmp(argv[i], "--pid") == 0)
             pid = atol(value);
+        else if (strcmp(argv[i], "--hz") == 0)
+            rate_hz = atoi(value);
         else if (strcmp(argv[i], "--warmup") == 0)
             warmup = atof(value);
         else if (strcmp(argv[i], "--seconds") == 0)

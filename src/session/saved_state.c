@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/assert.h"
 #include "base/hash.h"
 #include "session/internal.h"
 
@@ -182,7 +181,8 @@ static ll_status take(ll_session *s, const saved_head *head, const char *at)
 ll_status ll_session_use_state(ll_session *s, const void *bytes, size_t size)
 {
     saved_head head;
-    LL_ASSERT(!s->block);
+    if (s->block)
+        return ll_error(LL_CONFLICT, "the session is not asleep");
     LL_TRY(ll_session_unpack(s));
     ll_session_drop_saved_state(s);
     if (size >= sizeof head)
@@ -195,6 +195,20 @@ ll_status ll_session_use_state(ll_session *s, const void *bytes, size_t size)
     if (ll_failed(&status))
         ll_session_drop_saved_state(s);
     return status;
+}
+
+bool ll_session_is_asleep(const ll_session *s)
+{
+    return !s->block;
+}
+
+int64_t ll_session_state_tick(const void *bytes, size_t size)
+{
+    saved_head head;
+    if (size < sizeof head)
+        return 0;
+    memcpy(&head, bytes, sizeof head);
+    return head.format == FORMAT && head.tick > 0 ? head.tick : 0;
 }
 
 int64_t ll_session_saved_tick(const ll_session *s)

@@ -181,6 +181,23 @@ ll_status ll_session_entry_fits(ll_session_entry *session_entry)
                     (double)wanted / mebi, (double)others / mebi, (double)host->usage.memory_max / mebi);
 }
 
+/* ---- memory of requests ---- */
+
+ll_status ll_host_reserve_memory(ll_host *host, int64_t bytes)
+{
+    if (atomic_fetch_add(&host->usage.memory, bytes) + bytes <= host->usage.memory_max)
+        return ll_ok();
+    atomic_fetch_sub(&host->usage.memory, bytes);
+    atomic_fetch_add(&host->refused.memory, 1);
+    return ll_error(LL_NO_MEMORY, "This needs %.1f MiB in addition to the session; not available at present.",
+                    (double)bytes / mebi);
+}
+
+void ll_host_release_memory(ll_host *host, int64_t bytes)
+{
+    atomic_fetch_sub(&host->usage.memory, bytes);
+}
+
 /* ---- keys ---- */
 
 int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,

@@ -6,7 +6,6 @@
 #include "base/assert.h"
 #include "daemon/hosting/session_entry.h"
 
-static const double mebi = 1 << 20;
 static const double piece_ms = 2;             /* longest time that a session is locked */
 static const double worker_tick_limit_ms = 2; /* longer ticks are run by a task, not by a worker */
 static const double lock_timeout_ms = 20;     /* longest wait for a session's lock at a time */
@@ -268,15 +267,17 @@ ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 /* Loads the session and begins to wake it; locked. */
 static ll_status begin_wake(ll_session_entry *session_entry)
 {
-    bool loaded = !session_entry->session;
-    ll_status status = loaded ? ll_session_entry_load(session_entry) : ll_ok();
-    if (!loaded && ll_session_get_info(session_entry->session).at_tick == 0)
+    ll_status status = ll_ok();
+    if (!session_entry->session)
+        status = ll_session_entry_load(session_entry);
+    else if (ll_session_is_asleep(session_entry->session))
         ll_session_entry_fetch_state(session_entry);
+    else
+        return status;
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, ll_session_begin_wake(session_entry->session));
     if (ll_failed(&status) && session_entry->session) {
-        if (loaded)
-            ll_session_park(session_entry->session);
+        ll_session_park(session_entry->session);
         ll_session_entry_update_stats(session_entry);
     }
     return status;
@@ -377,23 +378,6 @@ void ll_session_entry_leave(ll_session_entry *session_entry)
     ll_session_entry_update_stats(session_entry);
     pthread_mutex_unlock(&session_entry->lock);
     ll_session_entry_notify(session_entry);
-}
-
-/* ---- memory of requests ---- */
-
-ll_status ll_host_reserve_memory(ll_host *host, int64_t bytes)
-{
-    if (atomic_fetch_add(&host->usage.memory, bytes) + bytes <= host->usage.memory_max)
-        return ll_ok();
-    atomic_fetch_sub(&host->usage.memory, bytes);
-    atomic_fetch_add(&host->refused.memory, 1);
-    return ll_error(LL_NO_MEMORY, "This needs %.1f MiB in addition to the session; not available at present.",
-                    (double)bytes / mebi);
-}
-
-void ll_host_release_memory(ll_host *host, int64_t bytes)
-{
-    atomic_fetch_sub(&host->usage.memory, bytes);
 }
 
 ll_status ll_host_check_store(ll_host *host)

@@ -208,6 +208,7 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
 
 void ll_host_stop(ll_host *host)
 {
+    atomic_store(&host->sharing.ends, true); /* its tasks end before the last save */
     ll_keeper_stop(host);
     pthread_mutex_lock(&host->registry.lock);
     host->registry.stopping = true;

@@ -72,6 +72,7 @@ typedef struct ll_entry_shared {
     _Atomic int64_t noted_bytes;       /* size of its log that a shared store has for its key's quota */
     atomic_bool pending;               /* the worker has something to do */
     _Atomic ll_time next_visit;        /* time of the worker's next visit, unless something is pending */
+    atomic_bool keeping;               /* a task stores a state of it */
     atomic_bool has_task;              /* a task of the daemon runs it */
     _Atomic uint32_t cancels;          /* counts events that make a background tick useless */
     atomic_bool
@@ -209,6 +210,8 @@ typedef struct ll_host_sharing {
     pthread_mutex_t adding;     /* held while a session is registered by its id alone, with its stream */
     _Atomic uint64_t released;  /* ticket of the last session that was given away */
     _Atomic ll_time next_state; /* when the next state may be stored */
+    _Atomic uint64_t unchecked; /* counts sessions that began from a state */
+    atomic_bool ends;           /* no more states are stored: the host stops */
     atomic_int pursued;         /* sessions that wait for their owner */
     atomic_int requests;        /* that wait for a claim */
     pthread_mutex_t turn;       /* guards the members of this group: who may ask the store for a session */

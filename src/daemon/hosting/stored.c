@@ -14,9 +14,10 @@
 #include "daemon/support/log.h"
 
 enum {
-    LIGHT_BYTES = 6 << 20, /* with its checkpoints; the hash of a larger one would take a millisecond or more
-                              of each save */
-    STATE_BYTES = 16 << 20 /* a larger one is not kept */
+    LIGHT_BYTES = 6 << 20,  /* with its checkpoints; the hash of a larger one would take a millisecond or more
+                               of each save */
+    STATE_BYTES = 16 << 20, /* a larger one is not kept */
+    CHECK_EACH = 32         /* one of so many sessions that began from a state is replayed from its log too */
 };
 #define HASH_NS LL_SECOND /* between two hashes of a session */
 #define LONGEST_NS                                                                                           \
@@ -61,14 +62,17 @@ typedef struct kept_state {
 static void run_keep(void *context, ll_task *task)
 {
     kept_state *kept = context;
+    ll_host *host = kept->session_entry->host;
     ll_stored_state state = {0};
     ll_status status = ll_gzip_bytes(kept->bytes, kept->size, task, &state.bytes, &state.size);
     if (!ll_failed(&status)) {
-        ll_store_put_state(kept->session_entry->host->store, kept->place, &state);
-        atomic_fetch_add(&kept->session_entry->host->counts.states_stored, 1);
+        ll_store_put_state(host->store, kept->place, &state);
+        atomic_fetch_add(&host->counts.states_stored, 1);
     }
     free(state.bytes);
     free(kept->bytes);
+    ll_host_release_memory(host, (int64_t)kept->size);
+    atomic_store(&kept->session_entry->shared.keeping, false);
     ll_session_entry_release(kept->session_entry);
     free(kept);
 }
@@ -89,37 +93,58 @@ static bool take_turn(ll_host_sharing *sharing)
     return now >= next && atomic_compare_exchange_strong(&sharing->next_state, &next, now + STATE_EACH_NS);
 }
 
-/* Takes the copy and its memory; false: it is not stored. */
-static bool start_keeping(ll_session_entry *session_entry, const kept_state *made)
+/* A task of the daemon for a session, with a reference to it. */
+static ll_status start_task(ll_session_entry *session_entry, void (*run)(void *context, ll_task *task),
+                            void *context)
 {
-    kept_state *kept = malloc(sizeof *kept);
-    ll_task_spec spec = {.client = "the daemon", .own = true, .run = run_keep, .context = kept};
-    if (!kept)
-        return false;
-    *kept = *made;
+    ll_task_spec spec = {.client = "the daemon", .own = true, .run = run, .context = context};
     memcpy(spec.session, session_entry->identity.id, sizeof session_entry->identity.id);
     ll_session_entry_retain(session_entry);
     ll_status status = ll_tasks_add(session_entry->host->tasks, &spec, NULL);
-    if (!ll_failed(&status))
-        return true;
-    ll_session_entry_release(session_entry);
+    if (ll_failed(&status))
+        ll_session_entry_release(session_entry);
+    return status;
+}
+
+/* Copies the state for a task, which stores it; its memory is reserved until then. */
+static ll_status start_keeping(ll_session_entry *session_entry)
+{
+    ll_host *host = session_entry->host;
+    kept_state *kept = calloc(1, sizeof *kept);
+    if (!kept)
+        return ll_error(LL_NO_MEMORY, "out of memory: state of a session");
+    *kept = (kept_state){.session_entry = session_entry, .place = session_entry->stored.place};
+    ll_status status = ll_session_save_state(session_entry->session, &kept->bytes, &kept->size);
+    LL_THEN(status, ll_host_reserve_memory(host, (int64_t)kept->size));
+    if (!ll_failed(&status)) {
+        atomic_store(&session_entry->shared.keeping, true);
+        status = start_task(session_entry, run_keep, kept);
+        if (!ll_failed(&status))
+            return status;
+        atomic_store(&session_entry->shared.keeping, false);
+        ll_host_release_memory(host, (int64_t)kept->size);
+    }
+    free(kept->bytes);
     free(kept);
-    return false;
+    return status;
+}
+
+static bool may_keep(ll_session_entry *session_entry)
+{
+    const ll_host *host = session_entry->host;
+    return ll_store_is_shared(host->store) && !session_entry->moved && !atomic_load(&host->sharing.ends) &&
+           !atomic_load(&session_entry->shared.keeping) && !session_entry->work.background_tick &&
+           !ll_store_failing(host->store, NULL);
 }
 
 static void keep_state(ll_session_entry *session_entry)
 {
-    ll_entry_stored *stored = &session_entry->stored;
-    kept_state made = {session_entry, stored->place, NULL, 0};
-    if (!ll_store_is_shared(session_entry->host->store) || session_entry->moved ||
-        session_entry->work.background_tick || !is_worth_a_state(session_entry) ||
+    if (!may_keep(session_entry) || !is_worth_a_state(session_entry) ||
         !take_turn(&session_entry->host->sharing))
         return;
-    ll_status status = ll_session_save_state(session_entry->session, &made.bytes, &made.size);
-    if (!ll_failed(&status) && start_keeping(session_entry, &made))
-        stored->state_tick = ll_session_get_info(session_entry->session).tick;
-    else
-        free(made.bytes);
+    ll_status status = start_keeping(session_entry);
+    if (!ll_failed(&status))
+        session_entry->stored.state_tick = ll_session_get_info(session_entry->session).tick;
 }
 
 /* ---- the row ---- */
@@ -199,11 +224,15 @@ static void drop(ll_stored_state *state)
 void ll_session_entry_fetch_state(ll_session_entry *session_entry)
 {
     ll_stored_state state;
-    if (session_entry->stored.state_tick == 0)
+    int64_t stored_tick = session_entry->stored.state_tick;
+    if (stored_tick == 0 || stored_tick > ll_session_get_info(session_entry->session).tick)
         return;
     read_state(session_entry, &state);
-    if (state.bytes)
-        ll_session_use_state(session_entry->session, state.bytes, state.size); /* or replay all */
+    if (state.bytes) {
+        ll_status status = ll_session_use_state(session_entry->session, state.bytes, state.size);
+        atomic_fetch_add(&session_entry->host->counts.states_used,
+                         !ll_failed(&status)); /* or it replays all */
+    }
     drop(&state);
 }
 
@@ -271,10 +300,22 @@ static ll_session *restore_hashed(const ll_session_entry *session_entry, const l
     return NULL;
 }
 
+/* Runs to the tick of the stored hash; false: that takes too long, or the log fails before. */
+static bool run_to_hash(ll_session *copy, const ll_entry_stored *stored, const ll_interrupt *interrupt,
+                        uint64_t *hash)
+{
+    ll_status status = ll_session_run_within(copy, stored->hash_tick, interrupt);
+    if (ll_failed(&status) || ll_session_get_info(copy).tick != stored->hash_tick)
+        return false;
+    *hash = ll_session_hash(copy);
+    return true;
+}
+
 /* Compares the replay with the stored hash. One that is equal leaves its state in place of *state: it is the
- * latest. */
+ * latest. A state from which the replay differs is dropped, *stored_tick is 0 then, and the log alone
+ * decides. */
 static ll_status compare(ll_session_entry *session_entry, const ll_session_source *source,
-                         ll_stored_state *state)
+                         ll_stored_state *state, int64_t *stored_tick)
 {
     const ll_entry_stored *stored = &session_entry->stored;
     ll_session *copy = restore_hashed(session_entry, source);
@@ -282,19 +323,75 @@ static ll_status compare(ll_session_entry *session_entry, const ll_session_sourc
         return ll_ok();
     int64_t until = cpu_now_ns() + LONGEST_NS;
     ll_interrupt interrupt = {before, cpu_now_ns, &until};
-    ll_status status = ll_session_run_within(copy, stored->hash_tick, &interrupt);
-    bool there = !ll_failed(&status) && ll_session_get_info(copy).tick == stored->hash_tick;
-    uint64_t hash = there ? ll_session_hash(copy) : 0;
-    void *bytes = NULL;
-    size_t size = 0;
-    if (there && hash == stored->hash)
-        status = ll_session_save_state(copy, &bytes, &size);
+    bool from_state = ll_session_saved_tick(copy) > 0;
+    uint64_t hash = 0;
+    bool there = run_to_hash(copy, stored, &interrupt, &hash), same = there && hash == stored->hash;
+    ll_stored_state latest = {0};
+    if (same)
+        ll_session_save_state(copy, (void **)&latest.bytes, &latest.size); /* or the one before */
     ll_session_destroy(copy);
-    if (bytes) {
+    if (latest.bytes) {
         drop(state);
-        *state = (ll_stored_state){bytes, size};
+        *state = latest;
     }
-    return !there || hash == stored->hash ? ll_ok() : differs(session_entry, hash);
+    if (!there || same)
+        return ll_ok();
+    if (!from_state)
+        return differs(session_entry, hash);
+    ll_log_write("error", "stored state differs", "Stored session %" PRId64 ": it is replayed from its log.",
+                 stored->place.number);
+    drop(state);
+    *stored_tick = 0;
+    return compare(session_entry, &(ll_session_source){source->log, source->length, NULL, 0}, state,
+                   stored_tick);
+}
+
+/* ---- checking at leisure ---- */
+
+/* A session that began from a state, and its log: do they agree? */
+typedef struct leisure_check {
+    ll_session_entry *session_entry;
+    ll_entry_stored stored; /* the hash that it had */
+    char *log;
+    size_t length; /* when the hash was stored */
+} leisure_check;
+
+static void run_check(void *context, ll_task *task)
+{
+    leisure_check *check = context;
+    ll_session *copy = NULL;
+    uint64_t hash = 0;
+    ll_status status = ll_session_restore(check->log, check->length, NULL, NULL, &copy);
+    ll_interrupt interrupt = ll_task_interrupt(task);
+    if (!ll_failed(&status) && run_to_hash(copy, &check->stored, &interrupt, &hash) &&
+        hash != check->stored.hash) {
+        atomic_fetch_add(&check->session_entry->host->counts.mismatches, 1);
+        ll_log_write("error", "log differs",
+                     "Stored session %" PRId64 " at tick %" PRId64 ": hash %016" PRIx64
+                     " by its log, %016" PRIx64 " by its state.",
+                     check->stored.place.number, check->stored.hash_tick, hash, check->stored.hash);
+    }
+    ll_session_destroy(copy);
+    free(check->log);
+    ll_session_entry_release(check->session_entry);
+    free(check);
+}
+
+/* One of CHECK_EACH sessions that began from a state; takes the log if it starts. */
+static bool start_check(ll_session_entry *session_entry, char *log, size_t length)
+{
+    const ll_entry_stored *stored = &session_entry->stored;
+    size_t part = stored->hash_lines > 0 ? length_of(log, length, stored->hash_lines) : 0;
+    if (part == 0 || atomic_fetch_add(&session_entry->host->sharing.unchecked, 1) % CHECK_EACH != 0)
+        return false;
+    leisure_check *check = calloc(1, sizeof *check);
+    if (!check)
+        return false;
+    *check = (leisure_check){session_entry, *stored, log, part};
+    ll_status status = start_task(session_entry, run_check, check);
+    if (ll_failed(&status))
+        free(check);
+    return !ll_failed(&status);
 }
 
 /* ---- loading ---- */
@@ -344,18 +441,20 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
     LL_ASSERT(!session_entry->session && !session_entry->restoring); /* one thread loads it */
     LL_TRY(ll_session_entry_stored_log(session_entry, &log, &length));
     read_state(session_entry, &state);
-    bool stored = state.bytes != NULL;
+    int64_t stored_tick = state.bytes ? ll_session_state_tick(state.bytes, state.size) : 0;
     ll_session_source source = {log, length, state.bytes, state.size};
-    ll_status status = compare(session_entry, &source, &state);
+    ll_status status = compare(session_entry, &source, &state, &stored_tick);
     source.state = state.bytes;
     source.state_size = state.size;
     LL_THEN(status, restore(session_entry, &source));
     if (!ll_failed(&status)) {
-        bool used = stored && ll_session_saved_tick(session_entry->session) > 0;
+        bool used = stored_tick > 0 && ll_session_saved_tick(session_entry->session) > 0;
         atomic_fetch_add(&session_entry->host->counts.states_used, used);
-        session_entry->stored.state_tick = used;
+        session_entry->stored.state_tick = used ? stored_tick : 0;
         resume(session_entry);
         ll_session_entry_update_stats(session_entry);
+        if (used && start_check(session_entry, log, length))
+            log = NULL;
     }
     drop(&state);
     free(log);

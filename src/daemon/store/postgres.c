@@ -43,7 +43,8 @@ static const char later[] =
     " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
     " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
     "CREATE TABLE IF NOT EXISTS state(session bigint PRIMARY KEY, body bytea NOT NULL);"
-    "ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL;" /* it is compressed already */
+    "DO $$ BEGIN IF (SELECT attstorage FROM pg_attribute WHERE attrelid='state'::regclass AND attname='body')"
+    "<>'e' THEN ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL; END IF; END $$;" /* compressed */
     "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;"
     "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
     "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;"

@@ -221,8 +221,7 @@ ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted)
                             " (owner IS NULL OR owner IN (SELECT inc FROM daemon WHERE state='dead'))"
                             " RETURNING no),"
                             " c AS (DELETE FROM code USING gone WHERE code.session=gone.no),"
-                            " l AS (DELETE FROM line USING gone WHERE line.session=gone.no),"
-                            " t AS (DELETE FROM state USING gone WHERE state.session=gone.no)"
+                            " l AS (DELETE FROM line USING gone WHERE line.session=gone.no)"
                             " SELECT count(*) FROM gone",
                             "r", ttl_s);
     if (good)
@@ -239,6 +238,8 @@ ll_status ll_pg_expire(ll_store *store, double ttl_s, int64_t *deleted)
                        " (owner IS NULL OR owner IN (SELECT inc FROM daemon WHERE state='dead'))",
                        "r", ttl_s) &&
            ll_pg_run(link, "DELETE FROM answer WHERE made<now()-interval '1 day'") &&
+           ll_pg_run(link, "DELETE FROM state WHERE NOT EXISTS (SELECT 1 FROM session WHERE"
+                           " no=state.session)") &&
            ll_pg_run(link, "DELETE FROM code WHERE made<now()-interval '1 hour'"
                            " AND NOT EXISTS (SELECT 1 FROM session WHERE no=code.session)");
     return READ(s, good, "Deleting old sessions");

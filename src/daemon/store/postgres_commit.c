@@ -291,6 +291,11 @@ static bool write_classes(postgres_store *s, const pg_batch *b, const pg_self *s
                        self->daemon, b->of[CLASS_DELETED].text);
 }
 
+static bool any(const pg_batch *b, int array)
+{
+    return b->of[array].size > 2; /* {} */
+}
+
 static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self, bool whole, bool *fenced)
 {
     pg_link *link = &s->writer;
@@ -299,8 +304,12 @@ static bool write_all(postgres_store *s, const pg_batch *b, const pg_self *self,
     bool good = ll_pg_run(link, "BEGIN") && write_lines(s, b, self, fenced);
     if (good && *fenced)
         return ll_pg_run(link, "ROLLBACK");
-    return good && write_states(s, b, self) && end_answers(s, b, self) && write_classes(s, b, self) &&
-           end_sessions(s, b, self) && ll_pg_run(link, "COMMIT");
+    good = good && (!any(b, STATE) || write_states(s, b, self));
+    good = good && (!(any(b, ANSWERED) || any(b, NOT_ANSWERED)) || end_answers(s, b, self));
+    good = good &&
+           (!(any(b, CLASS) || any(b, CLASS_RELEASED) || any(b, CLASS_DELETED)) || write_classes(s, b, self));
+    good = good && (!(any(b, RELEASED) || any(b, DELETED)) || end_sessions(s, b, self));
+    return good && ll_pg_run(link, "COMMIT");
 }
 
 ll_status ll_pg_commit(ll_store *store, const record *batch, int64_t daemon)
