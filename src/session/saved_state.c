@@ -202,15 +202,6 @@ bool ll_session_is_asleep(const ll_session *s)
     return !s->block;
 }
 
-int64_t ll_session_state_tick(const void *bytes, size_t size)
-{
-    saved_head head;
-    if (size < sizeof head)
-        return 0;
-    memcpy(&head, bytes, sizeof head);
-    return head.format == FORMAT && head.tick > 0 ? head.tick : 0;
-}
-
 int64_t ll_session_saved_tick(const ll_session *s)
 {
     return s->saved.checkpoint.tick;

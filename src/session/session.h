@@ -281,8 +281,7 @@ ll_status ll_session_save_state(const ll_session *session, void **bytes, size_t 
  * must be asleep. LL_CONFLICT: it is not, or the state is damaged, or not one that the log leads to. */
 ll_status ll_session_use_state(ll_session *session, const void *bytes, size_t size);
 int64_t ll_session_saved_tick(const ll_session *session); /* of the state that it would wake from; -1: none */
-int64_t ll_session_state_tick(const void *bytes, size_t size); /* of such a state; 0: it is damaged */
-bool ll_session_is_asleep(const ll_session *session);          /* parked, and no wake has begun */
+bool ll_session_is_asleep(const ll_session *session);     /* parked, and no wake has begun */
 
 /* Profiles parts of steps with the owner's clock, for `cost`; NULL: off. */
 void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));

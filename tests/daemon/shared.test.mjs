@@ -451,7 +451,7 @@ test('a parked session wakes from its state, whoever asks at once; a state that 
   await waitFor(() => states().has(heavy.id), 'its state', 10000);
   const state = (await a.c.get(heavy.links.state)).json;
   for (let round = 1; round <= 3; round++) {
-    await waitFor(async () => (await metric(a.c, 'sessions', 'parked')) === 1, 'it is parked', 10000);
+    await waitFor(async () => (await metric(a.c, 'sessions_parked')) === 1, 'it is parked', 10000);
     const seen = await Promise.all([1, 2, 3, 4].map(() => a.c.get(heavy.links.state)));
     for (const answer of seen) sameTick(answer.json, state);
     assert.equal(await metric(a.c, 'states_used_total'), round);

@@ -278,7 +278,7 @@ static size_t length_of(const char *log, size_t length, int64_t lines)
     return (size_t)(at - log);
 }
 
-/* The session as it was when its hash was stored, parked; NULL: that cannot be compared. */
+/* The session as it was when its hash was stored, parked; NULL: that is not known, or the state is later. */
 static ll_session *restore_hashed(const ll_session_entry *session_entry, const ll_session_source *all)
 {
     const ll_entry_stored *stored = &session_entry->stored;
@@ -289,15 +289,15 @@ static ll_session *restore_hashed(const ll_session_entry *session_entry, const l
         return NULL;
     ll_status status = ll_session_restore_from(&part, NULL, NULL, &copy);
     if (ll_failed(&status))
-        return NULL; /* the whole log says why */
+        return NULL;
     int64_t from = ll_session_saved_tick(copy);
-    if (from <= stored->hash_tick) {
-        if (from > 0)
-            ll_session_set_position(copy, 0, &(ll_session_position){.tick = from, .head = from});
-        return copy;
+    if (all->state && (from <= 0 || from > stored->hash_tick)) {
+        ll_session_destroy(copy);
+        return NULL;
     }
-    ll_session_destroy(copy); /* the state is later */
-    return NULL;
+    if (all->state)
+        ll_session_set_position(copy, 0, &(ll_session_position){.tick = from, .head = from});
+    return copy;
 }
 
 /* Runs to the tick of the stored hash; false: that takes too long, or the log fails before. */
@@ -311,11 +311,10 @@ static bool run_to_hash(ll_session *copy, const ll_entry_stored *stored, const l
     return true;
 }
 
-/* Compares the replay with the stored hash. One that is equal leaves its state in place of *state: it is the
- * latest. A state from which the replay differs is dropped, *stored_tick is 0 then, and the log alone
- * decides. */
+/* Compares the replay with the stored hash. One that is equal leaves its state in *latest. When the replay
+ * from the stored state differs, *wrong is set, and the log alone decides. */
 static ll_status compare(ll_session_entry *session_entry, const ll_session_source *source,
-                         ll_stored_state *state, int64_t *stored_tick)
+                         ll_stored_state *latest, bool *wrong)
 {
     const ll_entry_stored *stored = &session_entry->stored;
     ll_session *copy = restore_hashed(session_entry, source);
@@ -323,27 +322,19 @@ static ll_status compare(ll_session_entry *session_entry, const ll_session_sourc
         return ll_ok();
     int64_t until = cpu_now_ns() + LONGEST_NS;
     ll_interrupt interrupt = {before, cpu_now_ns, &until};
-    bool from_state = ll_session_saved_tick(copy) > 0;
     uint64_t hash = 0;
     bool there = run_to_hash(copy, stored, &interrupt, &hash), same = there && hash == stored->hash;
-    ll_stored_state latest = {0};
     if (same)
-        ll_session_save_state(copy, (void **)&latest.bytes, &latest.size); /* or the one before */
+        ll_session_save_state(copy, (void **)&latest->bytes, &latest->size); /* or the one before */
     ll_session_destroy(copy);
-    if (latest.bytes) {
-        drop(state);
-        *state = latest;
-    }
     if (!there || same)
         return ll_ok();
-    if (!from_state)
+    if (!source->state)
         return differs(session_entry, hash);
+    *wrong = true;
     ll_log_write("error", "stored state differs", "Stored session %" PRId64 ": it is replayed from its log.",
                  stored->place.number);
-    drop(state);
-    *stored_tick = 0;
-    return compare(session_entry, &(ll_session_source){source->log, source->length, NULL, 0}, state,
-                   stored_tick);
+    return compare(session_entry, &(ll_session_source){source->log, source->length, NULL, 0}, latest, wrong);
 }
 
 /* ---- checking at leisure ---- */
@@ -433,6 +424,25 @@ static ll_status restore(ll_session_entry *session_entry, const ll_session_sourc
     return ll_error(LL_IO, "Stored log of this session cannot be replayed: %.180s", status.text);
 }
 
+/* After `source` was restored. */
+static ll_status verify(ll_session_entry *session_entry, ll_session_source *source)
+{
+    ll_session *session = session_entry->session;
+    ll_stored_state latest = {0};
+    bool used = ll_session_saved_tick(session) > 0, wrong = false;
+    if (!used)
+        source->state = NULL; /* of another run */
+    session_entry->stored.state_tick = used ? ll_session_saved_tick(session) : 0;
+    ll_status status = compare(session_entry, source, &latest, &wrong);
+    if (wrong)
+        session_entry->stored.state_tick = 0;
+    if (!ll_failed(&status) && (latest.bytes || wrong))
+        ll_session_use_state(session, latest.bytes, latest.size);
+    atomic_fetch_add(&session_entry->host->counts.states_used, used && !wrong);
+    drop(&latest);
+    return status;
+}
+
 ll_status ll_session_entry_load(ll_session_entry *session_entry)
 {
     char *log = NULL;
@@ -441,20 +451,17 @@ ll_status ll_session_entry_load(ll_session_entry *session_entry)
     LL_ASSERT(!session_entry->session && !session_entry->restoring); /* one thread loads it */
     LL_TRY(ll_session_entry_stored_log(session_entry, &log, &length));
     read_state(session_entry, &state);
-    int64_t stored_tick = state.bytes ? ll_session_state_tick(state.bytes, state.size) : 0;
     ll_session_source source = {log, length, state.bytes, state.size};
-    ll_status status = compare(session_entry, &source, &state, &stored_tick);
-    source.state = state.bytes;
-    source.state_size = state.size;
-    LL_THEN(status, restore(session_entry, &source));
+    ll_status status = restore(session_entry, &source);
+    LL_THEN(status, verify(session_entry, &source));
     if (!ll_failed(&status)) {
-        bool used = stored_tick > 0 && ll_session_saved_tick(session_entry->session) > 0;
-        atomic_fetch_add(&session_entry->host->counts.states_used, used);
-        session_entry->stored.state_tick = used ? stored_tick : 0;
         resume(session_entry);
         ll_session_entry_update_stats(session_entry);
-        if (used && start_check(session_entry, log, length))
+        if (session_entry->stored.state_tick > 0 && start_check(session_entry, log, length))
             log = NULL;
+    } else if (session_entry->session) {
+        ll_session_destroy(session_entry->session);
+        session_entry->session = NULL;
     }
     drop(&state);
     free(log);

@@ -38,6 +38,7 @@ expect(await call('get', '/api/v1/asyncapi.yaml', {}), 200);
 for (const path of ['/healthz', '/readyz', '/metrics'] as const) expect(await call('get', path, {}), 200);
 assert.equal(expect(await call('get', '/api/v1/creation', {}), 200).body.creation, 'open');
 expect(await call('put', '/api/v1/creation', { key: operator, body: { creation: 'open' } }), 200);
+assert.deepEqual(expect(await call('get', '/api/v1/class-keys', { key: operator }), 200).body.class_keys, []);
 
 const made = expect(await call('post', '/api/v1/sessions', { body: { scenario: 'race', set: { 'players.0.control': 'person' }, paused: true, seed: 5 } }), 201);
 const { id, owner_key: key, code, links, player_keys } = made.body;
