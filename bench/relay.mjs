@@ -42,7 +42,8 @@ const cpuOf = (pid) => {
   return (Number(fields[11]) + Number(fields[12])) / TICK_HZ;
 };
 
-/** Where the viewers are: at the owner itself, at one relay, at two relays, at one whose owner is a relay. `hz`: that viewers ask for, 60 if left out. */
+/** Where the viewers are: at the owner itself, at one relay, at two relays, at one whose owner is a relay. `hz`: that viewers ask for,
+ * 60 if left out. */
 const WAYS = {
   owner: { relays: 0, viewers: [VIEWERS] },
   'one relay': { relays: 1, viewers: [VIEWERS] },

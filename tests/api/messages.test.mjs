@@ -27,7 +27,8 @@ const NEVER = [
   /thread|^workload|log\b|^line %zu|^row %d|rows$|^a table|has no name$|^Accept|^Idempotency|^Range|^run: /,
   /^a stored class|^`|^tick is|^unknown op|^header missing|^restart of|^not the header|%\.150s|the store /,
   /^(?:input|subscribe|id|auth|A message)|is missing\.$|^must be|needs a task|%s: must be a whole number from 0 to %\.15g|two numbers from/,
-  /^--set|not asleep|can be saved|the state is|was (?:busy|parked)|not awake|not up to date|No space|temporary|is not installed|^This stream|^listen/,
+  /^--set|not asleep|can be saved|the state is/,
+  /was (?:busy|parked)|not awake|not up to date|No space|temporary|is not installed|^This stream|^listen/,
 ];
 
 /** A literal of C, in one piece. @param {string} text */

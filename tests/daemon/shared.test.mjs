@@ -442,7 +442,7 @@ test('a session with a long log begins from a stored state: same hash, same late
   }
 });
 
-test('a parked session wakes from its state, whoever asks at once; a state that does not fit its log is no session', { skip }, async (t) => {
+test('a parked session wakes from its state, by four requests at once; the state of another log is not used', { skip }, async (t) => {
   const args = ['--park-after-s', '0.2'];
   const [a, b] = await Promise.all([join(t, { lease: 30, args }), join(t, { lease: 30, args })]);
   // Each tick takes more than the 2 ms that a worker has for a piece: tasks run it, and unlock the session meanwhile.

@@ -17,7 +17,7 @@ enum {
     LIGHT_BYTES = 6 << 20,  /* with its checkpoints; the hash of a larger one would take a millisecond or more
                                of each save */
     STATE_BYTES = 16 << 20, /* a larger one is not kept */
-    CHECK_EACH = 32         /* one of so many sessions that began from a state is replayed from its log too */
+    CHECK_EACH = 32         /* of 32 sessions that began from a state, one is replayed from its log too */
 };
 #define HASH_NS LL_SECOND /* between two hashes of a session */
 #define LONGEST_NS                                                                                           \
