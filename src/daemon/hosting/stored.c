@@ -23,9 +23,7 @@ enum {
 #define LONGEST_NS                                                                                           \
     (500 * LL_MS)              /* processor time of a comparison; a session that needs more is not compared */
 #define REPLAY_NS (50 * LL_MS) /* processor time of a replay that is worth a state, at least */
-#define REPLAY_NS_PER_BYTE                                                                                   \
-    30 /* and for each byte of the session: some ten times what it takes to store it                         \
-        */
+#define REPLAY_NS_PER_BYTE 30  /* and more for a large session: ten times what storing its state takes */
 #define STATE_EACH_NS (10 * LL_MS) /* between two states of all sessions of this daemon */
 
 /* ---- hashes ---- */
