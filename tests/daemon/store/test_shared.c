@@ -422,7 +422,7 @@ static void a_daemon_replaces_the_one_before(void **state)
     must(ll_store_close(b));
 }
 
-/* Of a laglab that stored no classes; one session has no log. */
+/* Of a laglab that stored neither classes nor their keys; one session has no log. */
 static ll_stored make_folder(const char *folder, const char *line)
 {
     ll_store *store;
@@ -450,7 +450,8 @@ static ll_stored make_folder(const char *folder, const char *line)
     sqlite3 *db;
     snprintf(path, sizeof path, "%s/laglab.db", folder);
     assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
-    assert_int_equal(sqlite3_exec(db, "DROP TABLE classes", NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, "DROP TABLE classes; DROP TABLE class_keys", NULL, NULL, NULL),
+                     SQLITE_OK);
     sqlite3_close(db);
     return row;
 }
