@@ -34,10 +34,16 @@ static int64_t idle_ms(const import_run *im, int64_t seen_ms)
 
 /* ---- classes ---- */
 
+/* The board of a class has to be at the daemon that has the class, which goes by its id. One that was made
+ * for itself may be elsewhere: the class has no board then, and its teacher shows it again, which makes a
+ * fork. */
 static const char class_sql[] =
     "INSERT INTO class(id,stem,code,client,engine,owner,body,class_key,seen)"
-    " SELECT $1,left($1,10),$2::json->>'code',coalesce($2::json->>'client',''),$3,NULL,$2,"
-    "$2::json->>'class_key',now()-$4::bigint*interval '1 millisecond' ON CONFLICT DO NOTHING";
+    " SELECT $1,left($1,10),c.j->>'code',coalesce(c.j->>'client',''),$3,NULL,CASE WHEN"
+    " coalesce(c.j->'board'->>'session','')='' OR left(c.j->'board'->>'session',10)=left($1,10) THEN c.body"
+    " ELSE (c.body::jsonb||'{\"board\":null,\"driven\":[],\"script\":[]}')::text END,c.j->>'class_key',"
+    "now()-$4::bigint*interval '1 millisecond' FROM (SELECT $2::text AS body, $2::text::json AS j) AS c"
+    " ON CONFLICT DO NOTHING RETURNING body<>$2";
 
 static void import_class(void *context, const char *id, int64_t seen_ms, const char *text)
 {
@@ -50,8 +56,10 @@ static void import_class(void *context, const char *id, int64_t seen_ms, const c
     else if (ll_pg_changed(link) == 0)
         im->status = ll_error(LL_CONFLICT, "Class %s, or one with its code, is in the store %.120s already.",
                               id, im->to->name);
-    else
+    else {
         im->imported->classes++;
+        im->imported->boards += ll_pg_true(link, 0, 0);
+    }
 }
 
 /* ---- sessions ---- */
