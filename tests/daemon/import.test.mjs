@@ -34,6 +34,19 @@ async function open(c) {
   return { id, code, key, at, board, player, copier };
 }
 
+/** A class that shows a session which was made for itself, with a player. */
+async function openWithOwn(c) {
+  const { id, teacher_key: key } = await must(c.call('POST', C), 201),
+    at = `${C}/${id}`,
+    own = await c.make({ scenario: 'race', paused: true });
+  const shown = { session: own.id, owner_key: own.owner_key };
+  await must(c.call('PUT', `${at}/board`, { key, body: shown }));
+  await waitFor(async () => (await c.get(at)).json.state.seats.length === 2, 'the players');
+  const player = await must(c.call('POST', `${at}/members`, { body: { role: 'play', player: 1 } }), 201);
+  await pause(WRITTEN_MS);
+  return { at, key, shown, player };
+}
+
 /** What a session is to who reads it; the log without the hashes that it is given for reading. */
 async function look(c, session) {
   const { json } = await c.get(session.links.self),
@@ -80,7 +93,8 @@ test('sessions and a class of a folder go on in PostgreSQL, with names, keys, cl
   const playing = await c.make({ speed: 0.25 });
   const viewer = await c.stream(playing); // the clock of a session with viewers is stored while it plays
   const { tick: begun } = await viewer.frame(({ tick }) => tick > 0);
-  const room = await open(c);
+  const room = await open(c),
+    own = await openWithOwn(c);
   const busy = take();
   assert.deepEqual([busy.status, busy.stdout], [1, ''], busy.stderr);
   assert.match(busy.stderr, /is in use by another laglab/);
@@ -93,8 +107,9 @@ test('sessions and a class of a folder go on in PostgreSQL, with names, keys, cl
   assert.equal(done.status, 0, done.stderr);
   assert.deepEqual(digests(data), before, 'the folder stays as it is');
   const [, lines] = stored();
-  assert.match(done.stdout, new RegExp(`^sessions 7\\nlines    ${lines} of their logs, \\d+ bytes\\nclasses  1\\nengine   [0-9a-f]{12},`));
-  assert.deepEqual(stored(), [7, lines, 7, 1]);
+  const counts = `sessions 8\\nlines    ${lines} of their logs, \\d+ bytes\\nclasses  2\\nengine   [0-9a-f]{12},[^\\n]*`;
+  assert.match(done.stdout, new RegExp(`^${counts}\\nboards to be shown again: 1\\n$`));
+  assert.deepEqual(stored(), [8, lines, 8, 2]);
 
   const group = await memberOf(t, store, { lease: 30 });
   for (const { session, before } of sessions) {
@@ -121,11 +136,19 @@ test('sessions and a class of a folder go on in PostgreSQL, with names, keys, cl
   assert.equal(await metric(group.c, 'replay_mismatch_total'), 0);
   assert.equal(count(`SELECT count(*) FROM laglab_sessions.code WHERE stem='${room.id.slice(0, 10)}'`), 2, 'they count for the class');
 
+  const { answer: empty } = await eventually(() => group.c.get(own.at));
+  assert.deepEqual([empty.json.state.board, empty.json.state.seats], [null, []], empty.text);
+  const seated = await must(group.c.call('GET', `${own.at}/member`, { key: own.player.token }));
+  assert.deepEqual([seated.role, seated.player ?? null], ['watch', null], 'the seat went with the board');
+  const { id: fork } = await must(group.c.call('PUT', `${own.at}/board`, { key: own.key, body: own.shown }));
+  assert.notEqual(fork, own.shown.session);
+  assert.equal(fork.slice(0, 10), own.at.split('/').at(-1)?.slice(0, 10), 'it is where the class is');
+
   // What is there already is named, and nothing is done; also where only the last is there.
   group.c.close();
   await group.stop();
   for (const [sql, named] of [
-    ['SELECT 1', `Class ${room.id},`],
+    ['SELECT 1', 'Class '],
     ['DELETE FROM laglab_sessions.class', `Session ${sessions[0].session.id} is in the store`],
     [`DELETE FROM laglab_sessions.session WHERE id<>'${room.copier.copy}'`, `Code ${sessions[0].session.code} of session`],
     [`DELETE FROM laglab_sessions.code WHERE code<>'${room.code}'`, `Session ${room.copier.copy} is`],
@@ -139,7 +162,7 @@ test('sessions and a class of a folder go on in PostgreSQL, with names, keys, cl
   }
   postgres('sql', 'DELETE FROM laglab_sessions.session; DELETE FROM laglab_sessions.line');
   assert.equal(take().status, 0, 'as often as one likes');
-  assert.deepEqual(stored().slice(0, 2), [7, lines]);
+  assert.deepEqual(stored().slice(0, 2), [8, lines]);
 
   const nothing = path.join(data, 'nothing');
   assert.match(take(nothing).stderr, /no sessions in .*: it has no laglab\.db/);

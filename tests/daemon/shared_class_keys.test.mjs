@@ -135,3 +135,15 @@ test('sessions of a class count for its key at any daemon; their logs count wher
   assert.equal((await b.c.call('DELETE', `${S}/${long.id}`, { key: long.owner_key })).status, 204);
   await waitFor(async () => (await patch(b, other)).status === 200, 'room for the other');
 });
+
+test('a daemon starts though what its keys have cannot be counted, and counts it later', { skip }, async (t) => {
+  const first = await join(t);
+  first.c.close();
+  await first.stop();
+  const code = 'ALTER TABLE laglab_sessions.code ALTER log_bytes';
+  postgres('sql', `${code} DROP DEFAULT; ${code} TYPE text`); // has no sum
+  const second = await join(t);
+  assert.equal((await second.c.get('/readyz')).status, 200);
+  postgres('sql', `${code} TYPE bigint USING log_bytes::bigint; ${code} SET DEFAULT 0`);
+  assert.ok((await usedBy(second, 'south')).sessions >= 0);
+});

@@ -122,6 +122,8 @@ static ll_status import_folder(ll_result_store *store, const store_args *o)
     printf("sessions %" PRId64 "\nlines    %" PRId64 " of their logs, %" PRId64 " bytes\nclasses  %" PRId64
            "\nengine   %s, that of this laglab\n",
            got.sessions, got.lines, got.bytes, got.classes, ll_engine);
+    if (got.boards > 0)
+        printf("boards to be shown again: %" PRId64 "\n", got.boards);
     if (got.left_out > 0)
         printf("left out %" PRId64 " sessions without a log or a key\n", got.left_out);
     return ll_ok();

@@ -100,9 +100,11 @@ static void load_member(ll_class *c, const cJSON *json, ll_time now)
     if (ll_failed(&status)) /* there may be fewer places than before */
         return;
     ll_class_member *m = &c->members[place];
-    int player = number(json, "player", -1, LL_PLAYERS_MAX - 1);
+    int player = c->board.link.session[0] ? number(json, "player", -1, LL_PLAYERS_MAX - 1) : -1;
     m->player = player >= 0 && ll_class_holder(c, player) < 0 ? player : -1;
     m->role = (ll_class_role)number(json, "role", LL_CLASS_WATCH, LL_CLASS_COPY);
+    if (m->role == LL_CLASS_PLAY && m->player < 0) /* its seat went with the board */
+        m->role = LL_CLASS_WATCH;
     m->choice = number(json, "choice", -1, c->question.choices - 1);
     load_link(cJSON_GetObjectItemCaseSensitive(json, "copy"), &m->copy);
 }

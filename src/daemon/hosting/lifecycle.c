@@ -201,7 +201,9 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         LL_TRY(ll_worker_start(&host->workers[i]));
     }
     LL_TRY(ll_keeper_start(host));
-    LL_TRY(ll_host_count_keys(host));
+    ll_status counted = ll_host_count_keys(host);
+    if (ll_failed(&counted)) /* the reaper counts them soon again */
+        ll_log_write("warn", "class keys not counted", "%s", counted.text);
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }

@@ -480,6 +480,9 @@ ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, 
 {
     ll_acceptor *acceptor = calloc(1, sizeof *acceptor + (size_t)config->max_head_bytes + 1);
     if (acceptor == NULL) {
+        if (inherited >= 0) {
+            close(inherited);
+        }
         return ll_error(LL_NO_MEMORY, "out of memory: listener");
     }
     acceptor->config = *config;

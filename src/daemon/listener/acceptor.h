@@ -22,7 +22,7 @@ typedef struct ll_acceptor_counts {
 } ll_acceptor_counts;
 
 /* Binds and listens (so that the port is known), without accepting yet. `inherited` >= 0 is a socket that
- * already listens. */
+ * already listens; it is closed if this fails. */
 ll_status ll_acceptor_listen(const struct ll_web_server_config *config, int inherited,
                              ll_acceptor **acceptor);
 struct ll_proxies;

@@ -48,12 +48,21 @@ static int inherited_listener(void)
     return meant ? 3 : -1;
 }
 
+static void close_listener(int listener)
+{
+    if (listener >= 0) {
+        close(listener);
+    }
+}
+
+/* The listener is the acceptor's from ll_acceptor_listen on, and closed if this fails before. */
 static ll_status start(ll_web_server *web_server, int listener, const ll_http_app *app,
                        const ll_ws_hooks *hooks)
 {
     const ll_web_server_config *config = &web_server->config;
     ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
     if (ll_failed(&status)) {
+        close_listener(listener);
         return status;
     }
     status = ll_acceptor_listen(config, listener, &web_server->acceptor);
@@ -84,6 +93,7 @@ static ll_status open_on(int listener, const ll_web_server_config *config, const
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
+        close_listener(listener);
         return ll_error(LL_NO_MEMORY, "out of memory: web server");
     }
     web_server->config = *config;

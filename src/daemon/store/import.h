@@ -8,6 +8,7 @@
 typedef struct ll_imported {
     int64_t sessions, lines, bytes; /* bytes: of the lines */
     int64_t classes;
+    int64_t boards;   /* classes whose board was made for itself: they have none any more */
     int64_t left_out; /* sessions without a log or a key, which a daemon of the folder leaves out too */
 } ll_imported;
 

@@ -34,48 +34,82 @@ static const char schema[] =
     " made timestamptz NOT NULL DEFAULT now());"
     "CREATE INDEX code_session ON code(session);";
 
-/* What stores of an earlier laglab lack, and that one does not read. Classes before codes, as a commit of a
- * daemon that runs locks them. */
-static const char later[] =
-    "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
-    " answer text, made timestamptz NOT NULL DEFAULT now());"
-    "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
-    " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
-    " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70);"
-    "CREATE TABLE IF NOT EXISTS state(session bigint PRIMARY KEY, body bytea NOT NULL);"
-    "DO $$ BEGIN IF (SELECT attstorage FROM pg_attribute WHERE attrelid='state'::regclass AND attname='body')"
-    "<>'e' THEN ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL; END IF; END $$;" /* compressed */
-    "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text;"
-    "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text;"
-    "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL;"
-    "ALTER TABLE code ADD COLUMN IF NOT EXISTS class_key text;"
-    "ALTER TABLE code ADD COLUMN IF NOT EXISTS log_bytes bigint NOT NULL DEFAULT 0;"
-    "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL;";
+/* Who opens a store makes its tables alone, until the end of the transaction. */
+#define ALONE "SELECT pg_advisory_xact_lock(7817202);"
+#define HAS_TABLE(name) "SELECT to_regclass('" name "') IS NOT NULL"
+#define HAS_COLUMN(table, name)                                                                              \
+    "SELECT EXISTS (SELECT 1 FROM pg_attribute WHERE attrelid=to_regclass('" table "') AND attname='" name   \
+    "' AND NOT attisdropped)"
+
+/* What stores of an earlier laglab lack, and that one does not read. To alter a table locks out all who read
+ * or write it, also where nothing is missing: a daemon asks first. Each is a transaction that locks one
+ * table, since the commits of daemons that run lock several, not always in the same order. */
+static const struct {
+    const char *is_there, *make;
+} later[] = {
+    {HAS_TABLE("answer"), ALONE
+     "CREATE TABLE IF NOT EXISTS answer(name text PRIMARY KEY, body text NOT NULL, owner bigint NOT NULL,"
+     " answer text, made timestamptz NOT NULL DEFAULT now())"},
+    {HAS_TABLE("class"),
+     ALONE "CREATE TABLE IF NOT EXISTS class(id text PRIMARY KEY, stem text UNIQUE NOT NULL,"
+           " code text UNIQUE NOT NULL, client text NOT NULL, engine text NOT NULL, owner bigint,"
+           " body text NOT NULL, seen timestamptz NOT NULL) WITH (fillfactor=70)"},
+    {HAS_COLUMN("class", "class_key"), ALONE "ALTER TABLE class ADD COLUMN IF NOT EXISTS class_key text"},
+    {HAS_COLUMN("code", "stem"), ALONE "ALTER TABLE code ADD COLUMN IF NOT EXISTS stem text"},
+    {HAS_COLUMN("code", "class_key"), ALONE "ALTER TABLE code ADD COLUMN IF NOT EXISTS class_key text"},
+    {HAS_COLUMN("code", "log_bytes"),
+     ALONE "ALTER TABLE code ADD COLUMN IF NOT EXISTS log_bytes bigint NOT NULL DEFAULT 0"},
+    {HAS_TABLE("code_stem"),
+     ALONE "CREATE INDEX IF NOT EXISTS code_stem ON code(stem) WHERE stem IS NOT NULL"},
+    {HAS_TABLE("code_class_key"),
+     ALONE "CREATE INDEX IF NOT EXISTS code_class_key ON code(class_key) WHERE class_key IS NOT NULL"},
+    {HAS_TABLE("state"),
+     ALONE "CREATE TABLE IF NOT EXISTS state(session bigint PRIMARY KEY, body bytea NOT NULL)"},
+    {"SELECT attstorage='e' FROM pg_attribute WHERE attrelid=to_regclass('state') AND attname='body'",
+     ALONE "ALTER TABLE state ALTER COLUMN body SET STORAGE EXTERNAL"}, /* it is compressed */
+};
 
 /* ---- opening ---- */
+
+/* The version is 0 where it is missing. */
+static bool make_schema(pg_link *link, int64_t *version)
+{
+    *version = SCHEMA;
+    bool good = ll_pg_run(link, "BEGIN") && ll_pg_run(link, ALONE) &&
+                ll_pg_run(link, "SELECT to_regclass('laglab_sessions.schema_version') IS NOT NULL");
+    if (good && !ll_pg_true(link, 0, 0))
+        good = ll_pg_run(link, schema);
+    else if (good && (good = ll_pg_run(link, "SELECT version FROM schema_version")))
+        *version = PQntuples(link->result) > 0 ? ll_pg_whole(link, 0, 0) : 0;
+    return good && ll_pg_run(link, "COMMIT");
+}
+
+static bool complete_schema(pg_link *link)
+{
+    for (size_t i = 0; i < sizeof later / sizeof later[0]; i++) {
+        if (!ll_pg_run(link, later[i].is_there) ||
+            (!ll_pg_true(link, 0, 0) && !ll_pg_run(link, later[i].make)))
+            return false;
+    }
+    return true;
+}
 
 static ll_status prepare_schema(postgres_store *s)
 {
     pg_link *link = &s->reader;
-    bool good = ll_pg_run(link, "BEGIN") && ll_pg_run(link, "SELECT pg_advisory_xact_lock(7817202)") &&
-                ll_pg_run(link, "SELECT to_regclass('laglab_sessions.schema_version') IS NOT NULL");
-    int64_t version = SCHEMA;
-    if (good && !ll_pg_true(link, 0, 0))
-        good = ll_pg_run(link, schema);
-    else if (good && (good = ll_pg_run(link, "SELECT version FROM schema_version")))
-        version = PQntuples(link->result) > 0 ? ll_pg_whole(link, 0, 0) : 0;
-    good = good && ll_pg_run(link, later) && ll_pg_run(link, "COMMIT");
-    if (!good) {
-        ll_status status = ll_pg_failure(s, link, "Creating the tables");
-        ll_pg_run(link, "ROLLBACK");
-        return status;
-    }
-    if (version > SCHEMA)
+    int64_t version;
+    bool good = make_schema(link, &version);
+    if (good && version > SCHEMA)
         return ll_error(LL_BAD_INPUT,
                         "sessions in the store %.120s have schema %" PRId64
                         ", of a newer laglab; this one supports up to %d",
                         s->name, version, SCHEMA);
-    return ll_ok();
+    if (good && complete_schema(link))
+        return ll_ok();
+    ll_status status = ll_pg_failure(s, link, "Creating the tables");
+    if (PQtransactionStatus(link->db) != PQTRANS_IDLE)
+        ll_pg_run(link, "ROLLBACK");
+    return status;
 }
 
 static void close_store(ll_store *store)

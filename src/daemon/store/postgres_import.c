@@ -9,7 +9,7 @@
 
 enum { NUMBERS = 1000 /* as the sequence's increment */ };
 
-typedef struct import {
+typedef struct import_run {
     ll_store *from;
     postgres_store *to;
     ll_imported *imported;
@@ -20,28 +20,34 @@ typedef struct import {
     char *buffer; /* a line, escaped */
     size_t buffer_size;
     ll_status status; /* of a list */
-} import;
+} import_run;
 
-static ll_status import_failure(const import *im)
+static ll_status import_failure(const import_run *im)
 {
     return ll_pg_failure(im->to, &im->to->reader, "Importing");
 }
 
-static int64_t idle_ms(const import *im, int64_t seen_ms)
+static int64_t idle_ms(const import_run *im, int64_t seen_ms)
 {
     return im->now_ms > seen_ms ? im->now_ms - seen_ms : 0;
 }
 
 /* ---- classes ---- */
 
+/* The board of a class has to be at the daemon that has the class, which goes by its id. One that was made
+ * for itself may be elsewhere: the class has no board then, and its teacher shows it again, which makes a
+ * fork. */
 static const char class_sql[] =
     "INSERT INTO class(id,stem,code,client,engine,owner,body,class_key,seen)"
-    " SELECT $1,left($1,10),$2::json->>'code',coalesce($2::json->>'client',''),$3,NULL,$2,"
-    "$2::json->>'class_key',now()-$4::bigint*interval '1 millisecond' ON CONFLICT DO NOTHING";
+    " SELECT $1,left($1,10),c.j->>'code',coalesce(c.j->>'client',''),$3,NULL,CASE WHEN"
+    " coalesce(c.j->'board'->>'session','')='' OR left(c.j->'board'->>'session',10)=left($1,10) THEN c.body"
+    " ELSE (c.body::jsonb||'{\"board\":null,\"driven\":[],\"script\":[]}')::text END,c.j->>'class_key',"
+    "now()-$4::bigint*interval '1 millisecond' FROM (SELECT $2::text AS body, $2::text::json AS j) AS c"
+    " ON CONFLICT DO NOTHING RETURNING body<>$2";
 
 static void import_class(void *context, const char *id, int64_t seen_ms, const char *text)
 {
-    import *im = context;
+    import_run *im = context;
     pg_link *link = &im->to->reader;
     if (ll_failed(&im->status))
         return;
@@ -50,8 +56,10 @@ static void import_class(void *context, const char *id, int64_t seen_ms, const c
     else if (ll_pg_changed(link) == 0)
         im->status = ll_error(LL_CONFLICT, "Class %s, or one with its code, is in the store %.120s already.",
                               id, im->to->name);
-    else
+    else {
         im->imported->classes++;
+        im->imported->boards += ll_pg_true(link, 0, 0);
+    }
 }
 
 /* ---- sessions ---- */
@@ -59,7 +67,7 @@ static void import_class(void *context, const char *id, int64_t seen_ms, const c
 /* The log of one is read while the list is not. */
 static void keep_row(void *context, const ll_stored *row)
 {
-    import *im = context;
+    import_run *im = context;
     if (row->lines == 0 || row->key_count < 1 || !ll_is_id(row->id) || !ll_is_code(row->code)) {
         im->imported->left_out++;
         return;
@@ -77,7 +85,7 @@ static void keep_row(void *context, const ll_stored *row)
     im->rows[im->count++] = *row;
 }
 
-static bool take_number(import *im, int64_t *number)
+static bool take_number(import_run *im, int64_t *number)
 {
     pg_link *link = &im->to->reader;
     if (im->next == im->past) {
@@ -101,7 +109,7 @@ static const char code_sql[] =
     "INSERT INTO code(code,session,stem,class_key,log_bytes) VALUES($1,$2::bigint,(SELECT stem FROM class"
     " WHERE stem=left($3,10)),nullif($4,''),$5::bigint) ON CONFLICT DO NOTHING";
 
-static ll_status import_row(import *im, const ll_stored *row, int64_t number)
+static ll_status import_row(import_run *im, const ll_stored *row, int64_t number)
 {
     pg_link *link = &im->to->reader;
     const unsigned char *keys = (const unsigned char *)row->keys;
@@ -125,7 +133,7 @@ static ll_status import_row(import *im, const ll_stored *row, int64_t number)
 /* ---- logs ---- */
 
 /* A row of COPY's text format. False: no memory, or no connection. */
-static bool put_line(import *im, int64_t number, int64_t index, const char *line, size_t length)
+static bool put_line(import_run *im, int64_t number, int64_t index, const char *line, size_t length)
 {
     size_t wanted = 2 * length + 64;
     if (wanted > im->buffer_size) {
@@ -147,7 +155,7 @@ static bool put_line(import *im, int64_t number, int64_t index, const char *line
     return PQputCopyData(im->to->reader.db, im->buffer, (int)(to - im->buffer)) == 1;
 }
 
-static bool put_log(import *im, int64_t number, const char *text, size_t length)
+static bool put_log(import_run *im, int64_t number, const char *text, size_t length)
 {
     pg_link *link = &im->to->reader;
     int64_t index = 0;
@@ -169,7 +177,7 @@ static bool put_log(import *im, int64_t number, const char *text, size_t length)
     return good;
 }
 
-static ll_status import_session(import *im, const ll_stored *row)
+static ll_status import_session(import_run *im, const ll_stored *row)
 {
     int64_t number;
     char *text = NULL;
@@ -186,7 +194,7 @@ static ll_status import_session(import *im, const ll_stored *row)
 
 /* ---- all of it ---- */
 
-static ll_status import_all(import *im)
+static ll_status import_all(import_run *im)
 {
     im->status = ll_ok();
     LL_TRY(ll_store_list(im->from, keep_row, im));
@@ -200,7 +208,7 @@ static ll_status import_all(import *im)
 
 /* Without the daemons' limit of a transaction's idle time: a long log is read in one. The end of the
  * connection undoes what was not committed. */
-static ll_status import_into(import *im)
+static ll_status import_into(import_run *im)
 {
     pg_link *link = &im->to->reader;
     if (!ll_pg_run(link, "SET idle_in_transaction_session_timeout TO 0") || !ll_pg_run(link, "BEGIN"))
@@ -211,7 +219,7 @@ static ll_status import_into(import *im)
 
 ll_status ll_pg_import(const char *directory, const char *url, ll_imported *imported)
 {
-import im = {.imported = imported };
+    import_run im = {.imported = imported};
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
     im.now_ms = (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;

@@ -457,26 +457,40 @@ ll_status ll_store_open(const char *directory, ll_store **result)
 
 /* ---- opening to read only ---- */
 
-/* A database that was made before classes were stored lacks their table: an empty one stands for it. */
+/* A database that was made before classes, or the keys of classes, were stored lacks their tables: empty
+ * ones of this connection stand for them. */
+static bool complete(sqlite3 *db)
+{
+    static const struct {
+        const char *is_there, *make;
+    } tables[] = {{"SELECT count(*) FROM sqlite_master WHERE name='classes'",
+                   "CREATE TEMP TABLE classes(id, seen_ms, state)"},
+                  {"SELECT count(*) FROM sqlite_master WHERE name='class_keys'",
+                   "CREATE TEMP TABLE class_keys(session INTEGER PRIMARY KEY, name TEXT)"}};
+    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
+        int64_t there;
+        if (!read_number(db, tables[i].is_there, &there) ||
+            (there == 0 && sqlite3_exec(db, tables[i].make, NULL, NULL, NULL) != SQLITE_OK))
+            return false;
+    }
+    return true;
+}
+
 static ll_status open_to_read(sqlite_store *store)
 {
     char path[4096];
-    int64_t version = 0, classes = 0;
+    int64_t version = 0;
     snprintf(path, sizeof path, "%s/laglab.db", store->directory);
     if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, NULL) !=
         SQLITE_OK)
         return failure(store, store->reader_db, "Opening the database");
     sqlite3_busy_timeout(store->reader_db, BUSY_MS);
-    if (!read_number(store->reader_db, "PRAGMA user_version", &version) ||
-        !read_number(store->reader_db, "SELECT count(*) FROM sqlite_master WHERE name='classes'", &classes))
+    if (!read_number(store->reader_db, "PRAGMA user_version", &version))
         return failure(store, store->reader_db, "Reading");
     LL_TRY(check_version(store, version));
     if (version == 0)
         return ll_error(LL_NOT_FOUND, "There are no sessions in %s.", store->directory);
-    if (classes == 0 && sqlite3_exec(store->reader_db, "CREATE TEMP TABLE classes(id, seen_ms, state)", NULL,
-                                     NULL, NULL) != SQLITE_OK)
-        return failure(store, store->reader_db, "Reading");
-    return ll_ok();
+    return complete(store->reader_db) ? ll_ok() : failure(store, store->reader_db, "Reading");
 }
 
 ll_status ll_sqlite_open_source(const char *directory, ll_store **result)

@@ -422,7 +422,68 @@ static void a_daemon_replaces_the_one_before(void **state)
     must(ll_store_close(b));
 }
 
-/* Of a laglab that stored no classes; one session has no log. */
+/* ---- tables ---- */
+
+static void *hold_tables(void *context)
+{
+    char answer[20];
+    (void)context;
+    ask_server(
+        answer, sizeof answer, "sql",
+        "SET search_path TO laglab_sessions; BEGIN; LOCK TABLE session, line, code, class, answer, state,"
+        " daemon IN ACCESS SHARE MODE; SELECT pg_sleep(60)");
+    return NULL;
+}
+
+static bool has(const char *condition)
+{
+    char sql[300], answer[20] = "";
+    snprintf(sql, sizeof sql, "SELECT (%s)::int", condition);
+    assert_int_equal(ask_server(answer, sizeof answer, "sql", sql), 0);
+    return answer[0] == '1';
+}
+
+/* As a dump of the database, or an import, holds them. */
+static void a_daemon_starts_while_the_tables_are_read(void **state)
+{
+    (void)state;
+    must(ll_store_close(join(30)));
+    pthread_t thread;
+    pthread_create(&thread, NULL, hold_tables, NULL);
+    WAIT_FOR(has("EXISTS (SELECT 1 FROM pg_stat_activity WHERE wait_event='PgSleep')"));
+    must(ll_store_close(join(30)));
+    assert_true(has("SELECT count(*)=1 FROM (SELECT pg_cancel_backend(pid) FROM pg_stat_activity"
+                    " WHERE wait_event='PgSleep') AS c"));
+    pthread_join(thread, NULL);
+}
+
+static void tables_of_an_earlier_version_are_completed(void **state)
+{
+    (void)state;
+    ll_store *a = join(30);
+    ll_stored made = make_session(a);
+    must(ll_store_close(a));
+    tell_server("sql", "SET search_path TO laglab_sessions; DROP TABLE answer, class, state;"
+                       " ALTER TABLE code DROP stem, DROP class_key, DROP log_bytes");
+    a = join(30);
+    assert_int_equal(claim(a, made.id).result, LL_CLAIM_DONE);
+    make_session(a);
+    must(ll_store_close(a));
+    assert_true(has("to_regclass('laglab_sessions.code_stem') IS NOT NULL AND"
+                    " to_regclass('laglab_sessions.code_class_key') IS NOT NULL"));
+    assert_true(has("SELECT attstorage='e' FROM pg_attribute WHERE"
+                    " attrelid='laglab_sessions.state'::regclass AND attname='body'"));
+    tell_server("sql", "ALTER TABLE laglab_sessions.class DROP class_key;"
+                       " ALTER TABLE laglab_sessions.state ALTER body SET STORAGE EXTENDED");
+    must(ll_store_close(join(30)));
+    assert_true(has("SELECT attstorage='e' FROM pg_attribute WHERE"
+                    " attrelid='laglab_sessions.state'::regclass AND attname='body'"));
+    tell_server("sql",
+                "SELECT class_key, stem FROM laglab_sessions.class; SELECT * FROM laglab_sessions.answer;"
+                " SELECT stem, class_key, log_bytes FROM laglab_sessions.code");
+}
+
+/* Of a laglab that stored neither classes nor their keys; one session has no log. */
 static ll_stored make_folder(const char *folder, const char *line)
 {
     ll_store *store;
@@ -450,7 +511,8 @@ static ll_stored make_folder(const char *folder, const char *line)
     sqlite3 *db;
     snprintf(path, sizeof path, "%s/laglab.db", folder);
     assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
-    assert_int_equal(sqlite3_exec(db, "DROP TABLE classes", NULL, NULL, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, "DROP TABLE classes; DROP TABLE class_keys", NULL, NULL, NULL),
+                     SQLITE_OK);
     sqlite3_close(db);
     return row;
 }
@@ -518,6 +580,8 @@ int main(void)
         cmocka_unit_test(codes_are_unique_and_deleted_with_their_session),
         cmocka_unit_test(old_sessions_without_a_living_owner_are_deleted),
         cmocka_unit_test(a_daemon_replaces_the_one_before),
+        cmocka_unit_test(a_daemon_starts_while_the_tables_are_read),
+        cmocka_unit_test(tables_of_an_earlier_version_are_completed),
         cmocka_unit_test(a_folder_is_imported),
         cmocka_unit_test(bad_urls_and_newer_schemas_are_refused),
     };
