@@ -90,11 +90,14 @@ ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGT
 /* ---- class keys ---- */
 
 /* Not of sessions that another daemon has taken over: that one knows their size. A new one has a code before
- * its row is committed. Returns which were noted. */
+ * its row is committed. Rows that others have locked are left out, so that none waits for another in a circle.
+ * Returns which were noted. */
 static const char note_sql[] =
-    "UPDATE code SET log_bytes=u.b FROM unnest($2::bigint[],$3::bigint[]) WITH ORDINALITY u(n,b,i)"
-    " WHERE code.session=u.n AND NOT EXISTS"
-    " (SELECT 1 FROM session WHERE no=u.n AND owner IS DISTINCT FROM $1::bigint) RETURNING u.i";
+    "WITH mine AS MATERIALIZED (SELECT c.code, u.b, u.i FROM code c"
+    " JOIN unnest($2::bigint[],$3::bigint[]) WITH ORDINALITY u(n,b,i) ON c.session=u.n"
+    " WHERE NOT EXISTS (SELECT 1 FROM session WHERE no=u.n AND owner IS DISTINCT FROM $1::bigint)"
+    " ORDER BY c.session FOR NO KEY UPDATE OF c SKIP LOCKED)"
+    " UPDATE code SET log_bytes=mine.b FROM mine WHERE code.code=mine.code RETURNING mine.i";
 
 static const char count_sql[] =
     "SELECT name, sum(sessions)::bigint, sum(bytes)::bigint, sum(classes)::bigint FROM"
