@@ -1,13 +1,16 @@
 // Class keys of daemons that share a PostgreSQL server: their quotas hold for all of them together.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
+import { spawn } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
+import { fileURLToPath } from 'node:url';
 import { ownPostgres } from '../lib/chaos.mjs';
-import { waitFor } from '../lib/client.mjs';
+import { pause, waitFor } from '../lib/client.mjs';
 import { eventually, memberOf } from '../lib/group.mjs';
 
+const SCRIPT = fileURLToPath(new URL('../support/postgres', import.meta.url));
 const { missing: skip, call: postgres } = ownPostgres();
 const S = '/api/v1/sessions',
   E = '/api/v1/experiments',
@@ -134,4 +137,35 @@ test('sessions of a class count for its key at any daemon; their logs count wher
   }
   assert.equal((await b.c.call('DELETE', `${S}/${long.id}`, { key: long.owner_key })).status, 204);
   await waitFor(async () => (await patch(b, other)).status === 200, 'room for the other');
+});
+
+test('the size of a log is noted also before its row is committed, and later if its row is locked', { skip }, async (t) => {
+  const a = await join(t),
+    { sessions, log_bytes: bytes } = await usedBy(a, 'south');
+  postgres(
+    'sql',
+    `CREATE FUNCTION late() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN PERFORM pg_sleep(1.5); RETURN NEW; END';
+      CREATE TRIGGER late BEFORE INSERT ON laglab_sessions.session FOR EACH ROW EXECUTE FUNCTION late()`,
+  );
+  const made = post(a, SOUTH);
+  await waitFor(async () => (await usedBy(a, 'south')).sessions > sessions, 'its code is reserved');
+  const stored = () => postgres('sql', 'SELECT count(*) FROM laglab_sessions.code c JOIN laglab_sessions.session s ON s.no=c.session');
+  const before = stored();
+  for (let i = 0; i < 5; i++) {
+    await usedBy(a, 'south');
+    await pause(100);
+  }
+  assert.equal(stored(), before, 'not committed yet');
+  const session = await must(made);
+  postgres('sql', 'DROP TRIGGER late ON laglab_sessions.session');
+  assert.ok((await usedBy(a, 'south')).log_bytes > bytes);
+
+  const lock = `SELECT 1 FROM laglab_sessions.code WHERE code='${session.code}' FOR UPDATE; SELECT pg_sleep(2)`;
+  const holder = spawn(SCRIPT, ['sql', new URL(url.replace('postgresql://laglab@', 'http://lab')).searchParams.get('host') ?? '', lock]);
+  await waitFor(async () => postgres('sql', `SELECT count(*) FROM pg_stat_activity WHERE wait_event='PgSleep'`) === '1', 'the lock');
+  const { log_bytes: short } = await usedBy(a, 'south');
+  assert.equal((await a.c.patch(session, { 'players.0.lag_ms': 9 })).status, 200);
+  assert.equal((await usedBy(a, 'south')).log_bytes, short, 'left out');
+  assert.equal(holder.exitCode, null, 'nobody waits for the lock');
+  await waitFor(async () => (await usedBy(a, 'south')).log_bytes > short, 'noted later');
 });

@@ -90,8 +90,8 @@ ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGT
 /* ---- class keys ---- */
 
 /* Not of sessions that another daemon has taken over: that one knows their size. A new one has a code before
- * its row is committed. Rows that others have locked are left out, so that none waits for another in a circle.
- * Returns which were noted. */
+ * its row is committed. Rows that others have locked are left out, so that none waits for another in a
+ * circle. Returns which were noted. */
 static const char note_sql[] =
     "WITH mine AS MATERIALIZED (SELECT c.code, u.b, u.i FROM code c"
     " JOIN unnest($2::bigint[],$3::bigint[]) WITH ORDINALITY u(n,b,i) ON c.session=u.n"
