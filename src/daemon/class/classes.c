@@ -137,7 +137,7 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
     int64_t own = 0;
     ll_class_key *key = entry->class_key;
     for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
-        own += !other->class_key && other->client == entry->client;
+        own += !other->key_name[0] && other->client == entry->client;
     LL_TRY(check_quota(classes, classes->count >= classes->config.max_classes,
                        own >= classes->config.max_client_classes,
                        key && ll_class_key_is_full(key, LL_KEY_CLASSES) ? key : NULL));
@@ -188,6 +188,8 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
     entry->classes = classes;
     entry->client = ll_hash(0, peer, strlen(peer));
     entry->class_key = class_key;
+    if (class_key)
+        memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
     entry->used = ll_host_now();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
     if (!ll_failed(&status) && ll_store_is_shared(classes->store)) {
