@@ -31,7 +31,7 @@ static const char schema[] =
     "CREATE TABLE line(session bigint NOT NULL, i integer NOT NULL, body text NOT NULL,"
     " PRIMARY KEY(session, i));"
     "CREATE TABLE code(code text PRIMARY KEY, session bigint NOT NULL,"
-    " made timestamptz NOT NULL DEFAULT now());"
+    " made timestamptz NOT NULL DEFAULT now()) WITH (fillfactor=70);"
     "CREATE INDEX code_session ON code(session);";
 
 /* What stores of an earlier laglab lack, and that one does not read. Classes before codes, as a commit of a
