@@ -117,8 +117,8 @@ static ll_status check_quota(const ll_classes *classes, bool full, bool client_f
     if (!full_key)
         return ll_ok();
     atomic_fetch_add(&full_key->refused, 1);
-    return ll_error(LL_LIMIT, "classes: must be at most %lld at once of the class key %s (classes)",
-                    (long long)full_key->most[LL_KEY_CLASSES], full_key->name);
+    return ll_error(LL_LIMIT, "The class key %s has as many classes as it may have (%lld); delete some.",
+                    full_key->name, (long long)full_key->most[LL_KEY_CLASSES]);
 }
 
 static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
