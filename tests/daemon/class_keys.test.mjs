@@ -84,13 +84,19 @@ test('each key has its quotas in place of those of the address; what is deleted 
       const { id, teacher_key: teacher } = await made(post(s, NORTH, C, {}));
       await refused(post(s, NORTH, C, {}), /^The class key north has as many classes as it may have \(1\); delete some\.$/);
       for (let i = 0; i < 3; i++) await made(post(s, SOUTH, C, {}));
-      await refused(s.call('PUT', `${C}/${id}/board`, { key: teacher, body: RACE }), /class key north has as many sessions as it may have \(3\)/);
+      await refused(
+        s.call('PUT', `${C}/${id}/board`, { key: teacher, body: RACE }),
+        /class key north has as many sessions as it may have \(3\)/,
+      );
       assert.equal((await s.call('DELETE', `${S}/${sessions[1].id}`, { key: sessions[1].owner_key })).status, 204);
       await made(s.call('PUT', `${C}/${id}/board`, { key: teacher, body: RACE }));
       await refused(post(s, NORTH), /class key north has as many sessions as it may have \(3\)/);
       assert.equal((await s.call('DELETE', `${S}/${sessions[2].id}`, { key: sessions[2].owner_key })).status, 204);
       await made(s.call('POST', `${C}/${id}/members`, { body: { role: 'copy' } }));
-      await refused(s.call('POST', `${C}/${id}/members`, { body: { role: 'copy' } }), /class key north has as many sessions as it may have \(3\)/);
+      await refused(
+        s.call('POST', `${C}/${id}/members`, { body: { role: 'copy' } }),
+        /class key north has as many sessions as it may have \(3\)/,
+      );
       assert.equal((await s.call('DELETE', `${C}/${id}`, { key: teacher })).status, 204);
       await made(post(s, NORTH, C, {}));
 
@@ -149,7 +155,10 @@ test('a key has its own rate', async () => {
     async (s) => {
       for (let i = 0; i < 2; i++) await made(post(s, NORTH));
       await made(post(s, NORTH, C, {}));
-      await refused(post(s, NORTH), /^The class key north may make at most 3 sessions, classes and experiments per minute; wait a little\.$/);
+      await refused(
+        post(s, NORTH),
+        /^The class key north may make at most 3 sessions, classes and experiments per minute; wait a little\.$/,
+      );
       for (const [at, body] of /** @type {[string, any][]} */ ([
         [C, {}],
         [E, SMALL],
@@ -193,8 +202,7 @@ test('kill -9 and a new start: what was made with a key still counts, and the by
     // While its line is missing nothing counts for it; what is stored meanwhile keeps its name.
     const without = async (/** @type {any} */ again, /** @type {any} */ next) => {
       assert.deepEqual(Object.keys(await usesOf(again)), ['south']);
-      const change = { key: opened.teacher_key, body: { phase: 'predict' } };
-      assert.equal((await again.call('PATCH', `${C}/${opened.id}`, change)).status, 200);
+      await made(again.call('POST', `${C}/${opened.id}/members`, { body: { role: 'watch' } }));
       await new Promise((resolve) => setTimeout(resolve, 300));
       await next.kill();
     };
