@@ -166,6 +166,6 @@ test('the size of a log is noted also before its row is committed, and later if 
   const { log_bytes: short } = await usedBy(a, 'south');
   assert.equal((await a.c.patch(session, { 'players.0.lag_ms': 9 })).status, 200);
   assert.equal((await usedBy(a, 'south')).log_bytes, short, 'left out');
-  assert.equal(holder.exitCode, null, 'nobody waits for the lock');
+  assert.equal(holder.exitCode, null, 'the count did not wait for the lock');
   await waitFor(async () => (await usedBy(a, 'south')).log_bytes > short, 'noted later');
 });

@@ -10,8 +10,8 @@
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
-/* Between two counts of what class keys have in a shared store. Only logs are limited by them: whatever else
- * has a quota is counted when one is made. */
+/* Between two counts of what class keys have in a shared store. Only logs are limited by them: sessions and
+ * classes are counted when one is made. */
 #define COUNT_NS (10 * LL_SECOND)
 #define COUNT_LOGS_NS (2 * LL_SECOND)
 
