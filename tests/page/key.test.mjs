@@ -63,7 +63,7 @@ test('a person who gives no key gets a message and is not asked again; a link ne
   const { page, close } = await visit(browser, `${daemon.url}#race`, { wait: false });
   await page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
-  await page.getByLabel('Note').getByText('creating one needs the class key').waitFor();
+  await page.getByLabel('Note').getByText('creating one needs a class key').waitFor();
   await page.waitForTimeout(2500);
   assert.equal(await page.locator('dialog[open]').count(), 0);
   await close();

@@ -51,7 +51,7 @@ bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_resp
     if (creation == LL_CREATION_OPEN)
         return true;
     bool class = creation == LL_CREATION_CLASS;
-    const char *key = ll_api_key(request, response, class ? "the class key" : "the operator's key");
+    const char *key = ll_api_key(request, response, class ? "a class key" : "the operator's key");
     if (!key)
         return false;
     if (ll_access_may_create(access_of(api), key, strlen(key)))

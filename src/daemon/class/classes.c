@@ -117,8 +117,8 @@ static ll_status check_quota(const ll_classes *classes, bool full, bool client_f
     if (!full_key)
         return ll_ok();
     atomic_fetch_add(&full_key->refused, 1);
-    return ll_error(LL_LIMIT, "classes: must be at most %lld at once of the class key %s (classes)",
-                    (long long)full_key->most[LL_KEY_CLASSES], full_key->name);
+    return ll_error(LL_LIMIT, "The class key %s has as many classes as it may have (%lld); delete some.",
+                    full_key->name, (long long)full_key->most[LL_KEY_CLASSES]);
 }
 
 static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
@@ -137,7 +137,7 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
     int64_t own = 0;
     ll_class_key *key = entry->class_key;
     for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
-        own += !other->class_key && other->client == entry->client;
+        own += !other->key_name[0] && other->client == entry->client;
     LL_TRY(check_quota(classes, classes->count >= classes->config.max_classes,
                        own >= classes->config.max_client_classes,
                        key && ll_class_key_is_full(key, LL_KEY_CLASSES) ? key : NULL));
@@ -188,6 +188,8 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
     entry->classes = classes;
     entry->client = ll_hash(0, peer, strlen(peer));
     entry->class_key = class_key;
+    if (class_key)
+        memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
     entry->used = ll_host_now();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
     if (!ll_failed(&status) && ll_store_is_shared(classes->store)) {

@@ -23,9 +23,10 @@ struct ll_class_entry {
     ll_classes *classes;
     atomic_int references;
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
-    uint64_t client;         /* hash of the address that opened it, for the quota */
-    ll_class_key *class_key; /* or the key; NULL: none */
-    int64_t daemon;          /* incarnation of this daemon that has it in a shared store; else 0 */
+    uint64_t client;                    /* hash of the address that opened it, for the quota */
+    ll_class_key *class_key;            /* or the key; NULL: none, or its line is missing now */
+    char key_name[LL_KEY_NAME_MAX + 1]; /* empty: none */
+    int64_t daemon;                     /* incarnation of this daemon that has it in a shared store; else 0 */
     ll_time claimed_at;
 
     /* guarded by the lock of `classes` */
@@ -93,8 +94,6 @@ ll_ws_known ll_classes_expect(void *context, ll_stream_kind kind, const char *id
 void ll_classes_share(ll_classes *classes); /* at the start */
 
 /* ---- keep.c ---- */
-
-ll_class_key *ll_classes_named_key(const ll_classes *classes, const char *name); /* NULL: there is none */
 
 char *ll_class_entry_text(const ll_class_entry *entry); /* as it is stored; the caller frees it */
 /* A class as stored, not listed yet. */

@@ -21,9 +21,13 @@ static int64_t unix_ms(void)
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-ll_class_key *ll_classes_named_key(const ll_classes *classes, const char *name)
+/* The name stays when its line is missing, so that the class counts again when that is back. */
+static void set_key(ll_class_entry *entry, const char *name)
 {
-    return name ? ll_access_named_key(ll_host_get_config(classes->host)->access, name) : NULL;
+    if (!name)
+        return;
+    snprintf(entry->key_name, sizeof entry->key_name, "%s", name);
+    entry->class_key = ll_access_named_key(ll_host_get_config(entry->classes->host)->access, name);
 }
 
 char *ll_class_entry_text(const ll_class_entry *entry)
@@ -33,8 +37,8 @@ char *ll_class_entry_text(const ll_class_entry *entry)
     cJSON *json = ll_class_save(&entry->values);
     cJSON_AddStringToObject(json, "code", entry->code);
     cJSON_AddStringToObject(json, "client", client);
-    if (entry->class_key)
-        cJSON_AddStringToObject(json, "class_key", entry->class_key->name);
+    if (entry->key_name[0])
+        cJSON_AddStringToObject(json, "class_key", entry->key_name);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     return text;
@@ -81,8 +85,7 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     atomic_init(&entry->references, 1);
     entry->classes = classes;
     entry->client = client ? strtoull(client, NULL, 16) : 0;
-    entry->class_key = ll_classes_named_key(
-        classes, cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "class_key")));
+    set_key(entry, cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "class_key")));
     entry->used = now - (idle_ms > 0 ? idle_ms : 0) * LL_MS;
     snprintf(entry->id, sizeof entry->id, "%s", id);
     snprintf(entry->code, sizeof entry->code, "%s", code);

@@ -55,7 +55,7 @@ ll_status ll_class_entry_open_shared(ll_class_entry *entry, ll_opened_class *ope
                            .client = client,
                            .most = classes->config.max_classes,
                            .most_client = classes->config.max_client_classes,
-                           .class_key = key ? key->name : "",
+                           .class_key = entry->key_name,
                            .most_of_key = key ? key->most[LL_KEY_CLASSES] : -1};
     ll_status status = text ? ll_store_open_class(classes->store, &wanted, opened)
                             : ll_error(LL_NO_MEMORY, "out of memory: class");

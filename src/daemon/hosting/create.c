@@ -120,14 +120,14 @@ static ll_status register_created(ll_host *host, ll_session_entry *session_entry
     return status;
 }
 
-/* What it is called in the store. In a shared one its code is reserved before anything is stored, since other
- * daemons choose codes at the same time. */
 static ll_status full_group(const ll_create_request *request)
 {
     return ll_error(LL_LIMIT, "sessions: must be at most %lld of one class (--max-class-sessions)",
                     (long long)request->group_most);
 }
 
+/* What it is called in the store. In a shared one its code is reserved before anything is stored, since other
+ * daemons choose codes at the same time. */
 static ll_status reserve_code(ll_host *host, ll_session_entry *session_entry,
                               const ll_create_request *request, bool *taken)
 {

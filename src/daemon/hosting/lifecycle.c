@@ -7,9 +7,13 @@
 #include <unistd.h>
 
 #include "daemon/hosting/session_entry.h"
+#include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
-#define COUNT_NS (2 * LL_SECOND) /* between two counts of what class keys have in a shared store */
+/* Between two counts of what class keys have in a shared store. Only logs are limited by them: sessions and
+ * classes are counted when one is made. */
+#define COUNT_NS (10 * LL_SECOND)
+#define COUNT_LOGS_NS (2 * LL_SECOND)
 
 static ll_session_entry *expired(ll_host *host, ll_time before)
 {
@@ -69,15 +73,24 @@ static void reap(ll_host *host, ll_time *next_expiry, ll_time period)
     pthread_mutex_lock(&host->registry.lock);
 }
 
+static ll_time between_counts(const ll_class_keys *keys)
+{
+    ll_time between = COUNT_NS;
+    for (int i = 0; i < keys->count; i++)
+        between = keys->keys[i].most[LL_KEY_LOGS] >= 0 ? COUNT_LOGS_NS : between;
+    return between;
+}
+
 static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
     pthread_setname_np(pthread_self(), "reaper");
     double period_s = host->config.session_ttl_s / 4;
     ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9), next_expiry = ll_host_now() + period;
+    ll_time between = ll_host_has_keys(host) ? between_counts(&host->config.access->class_keys) : period;
     pthread_mutex_lock(&host->registry.lock);
     while (!host->registry.stopping) {
-        ll_time until = ll_host_has_keys(host) ? ll_host_now() + COUNT_NS : next_expiry;
+        ll_time until = ll_host_now() + between;
         until = until < next_expiry ? until : next_expiry;
         struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
         while (!host->registry.stopping &&

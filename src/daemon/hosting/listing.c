@@ -60,18 +60,19 @@ bool ll_host_has_keys(const ll_host *host)
            access->class_keys.keys[0].name[0] != '\0';
 }
 
-/* Of sessions whose logs have grown since they were noted. */
+/* Of sessions whose logs have grown since they were noted; these come first in `all` then. */
 static int64_t list_sizes(ll_session_entry **all, int64_t count, ll_log_size *sizes)
 {
     int64_t listed = 0;
     for (int64_t i = 0; i < count; i++) {
-        ll_entry_shared *shared = &all[i]->shared;
-        int64_t bytes = atomic_load(&shared->log_bytes);
-        if (!atomic_load(&shared->claimed) || !atomic_load(&shared->class_key) ||
-            bytes == atomic_load(&shared->noted_bytes))
+        ll_session_entry *one = all[i];
+        int64_t bytes = atomic_load(&one->shared.log_bytes);
+        if (!atomic_load(&one->shared.claimed) || !atomic_load(&one->shared.class_key) ||
+            bytes == atomic_load(&one->shared.noted_bytes))
             continue;
-        atomic_store(&shared->noted_bytes, bytes);
-        sizes[listed++] = (ll_log_size){all[i]->stored.place.number, bytes};
+        all[i] = all[listed];
+        all[listed] = one;
+        sizes[listed++] = (ll_log_size){.number = one->stored.place.number, .bytes = bytes};
     }
     return listed;
 }
@@ -103,11 +104,11 @@ static void take_over(const counted *c)
     }
 }
 
-/* Sizes that could not be noted are so again. */
-static void note_again(ll_session_entry **all, int64_t count)
+/* Sizes that were not noted are so later. */
+static void keep_noted(ll_session_entry **all, const ll_log_size *sizes, int64_t listed)
 {
-    for (int64_t i = 0; i < count; i++)
-        atomic_store(&all[i]->shared.noted_bytes, -1);
+    for (int64_t i = 0; i < listed; i++)
+        atomic_store(&all[i]->shared.noted_bytes, sizes[i].noted ? sizes[i].bytes : -1);
 }
 
 ll_status ll_host_count_keys(ll_host *host)
@@ -119,13 +120,13 @@ ll_status ll_host_count_keys(ll_host *host)
     counted c = {.access = host->config.access};
     c.used = calloc((size_t)c.access->class_keys.count, sizeof *c.used);
     ll_log_size *sizes = malloc((size_t)(count + 1) * sizeof *sizes);
-    ll_status status =
-        c.used && sizes ? ll_store_count_keys(host->store, sizes, list_sizes(all, count, sizes), add_use, &c)
-                        : ll_error(LL_NO_MEMORY, "out of memory: class keys");
-    if (ll_failed(&status))
-        note_again(all, count);
-    else
+    int64_t listed = sizes ? list_sizes(all, count, sizes) : 0;
+    ll_status status = c.used && sizes ? ll_store_count_keys(host->store, sizes, listed, add_use, &c)
+                                       : ll_error(LL_NO_MEMORY, "out of memory: class keys");
+    if (!ll_failed(&status)) {
+        keep_noted(all, sizes, listed);
         take_over(&c);
+    }
     for (int64_t i = 0; i < count; i++)
         ll_session_entry_release(all[i]);
     free(all);

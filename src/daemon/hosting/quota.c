@@ -63,17 +63,18 @@ static ll_status key_logs_full(ll_host *host, ll_class_key *key, int64_t more)
         return ll_ok();
     atomic_fetch_add(&host->refused.logs, 1);
     atomic_fetch_add(&key->refused, 1);
-    return ll_error(LL_IO,
-                    "Session logs of the class key %s use %.1f of %.1f MiB (logs_mib); delete some of its "
-                    "sessions first.",
-                    key->name, (double)now / mebi, (double)most / mebi);
+    return ll_error(
+        LL_IO,
+        "The logs of the class key %s have %.1f of the %.1f MiB that they may have; delete some of "
+        "its sessions.",
+        key->name, (double)now / mebi, (double)most / mebi);
 }
 
 ll_status ll_quota_key_full(ll_class_key *key)
 {
     atomic_fetch_add(&key->refused, 1);
-    return ll_error(LL_LIMIT, "sessions: must be at most %lld of the class key %s (sessions)",
-                    (long long)key->most[LL_KEY_SESSIONS], key->name);
+    return ll_error(LL_LIMIT, "The class key %s has as many sessions as it may have (%lld); delete some.",
+                    key->name, (long long)key->most[LL_KEY_SESSIONS]);
 }
 
 ll_status ll_quota_check_line(ll_session_entry *session_entry, bool clock)
@@ -115,8 +116,10 @@ static ll_status rate_full(ll_host *host, ll_class_key *key)
         return ll_error(LL_LIMIT, "sessions: must be at most %g/min for one address",
                         host->config.max_new_sessions_per_min);
     atomic_fetch_add(&key->refused, 1);
-    return ll_error(LL_LIMIT, "sessions: must be at most %g/min of the class key %s (new_sessions_per_min)",
-                    rate_of(host, key), key->name);
+    return ll_error(
+        LL_LIMIT,
+        "The class key %s may make at most %g sessions, classes and experiments per minute; wait a little.",
+        key->name, rate_of(host, key));
 }
 
 ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key)

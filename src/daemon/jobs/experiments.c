@@ -334,8 +334,8 @@ static ll_status fits(ll_experiments *x, const ll_experiment *e)
 static ll_status key_full(ll_class_key *key)
 {
     atomic_fetch_add(&key->refused, 1);
-    return ll_error(LL_LIMIT, "experiments: must be at most %lld of the class key %s (experiments)",
-                    (long long)key->most[LL_KEY_EXPERIMENTS], key->name);
+    return ll_error(LL_LIMIT, "The class key %s has as many experiments as it may have (%lld); delete some.",
+                    key->name, (long long)key->most[LL_KEY_EXPERIMENTS]);
 }
 
 static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *client, ll_class_key *key)

@@ -170,9 +170,20 @@ static ll_status open_web_server(daemon_parts *d, const ll_http_app *app, const 
                                     &d->web_server);
 }
 
+/* An operator who has exchanged name and key sees it. */
+static void log_class_keys(const ll_class_keys *keys)
+{
+    char names[1000];
+    ll_class_keys_list(keys, names, sizeof names);
+    if (names[0])
+        ll_log_write("info", "class keys", "%s", names);
+}
+
 static ll_status start(daemon_parts *d)
 {
     ll_status status = ll_access_open(&d->access_config, &d->access);
+    if (!ll_failed(&status))
+        log_class_keys(&d->access.class_keys);
     d->host_config.access = &d->access;
     LL_THEN(status, open_store(d));
     if (!ll_failed(&status) && d->store && d->host_config.data[0])

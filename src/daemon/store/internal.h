@@ -41,7 +41,7 @@ typedef struct ll_shared_kind {
     void (*on_asked)(ll_store *store, void (*asked)(void *context, const char *id), void *context);
     ll_status (*reserve_code)(ll_store *store, int64_t number, const char *code, ll_session_quota *quota,
                               bool *taken);
-    ll_status (*count_keys)(ll_store *store, const ll_log_size *sizes, int64_t count,
+    ll_status (*count_keys)(ll_store *store, ll_log_size *sizes, int64_t count,
                             void (*each)(void *context, const ll_key_use *use), void *context);
     ll_status (*find_code)(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
     ll_status (*read_state)(ll_store *store, int64_t number, ll_stored_state *state);

@@ -31,7 +31,7 @@ static const char schema[] =
     "CREATE TABLE line(session bigint NOT NULL, i integer NOT NULL, body text NOT NULL,"
     " PRIMARY KEY(session, i));"
     "CREATE TABLE code(code text PRIMARY KEY, session bigint NOT NULL,"
-    " made timestamptz NOT NULL DEFAULT now());"
+    " made timestamptz NOT NULL DEFAULT now()) WITH (fillfactor=70);"
     "CREATE INDEX code_session ON code(session);";
 
 /* Who opens a store makes its tables alone, until the end of the transaction. */

@@ -83,7 +83,7 @@ ll_status ll_pg_read_state(ll_store *store, int64_t number, ll_stored_state *sta
 ll_status ll_pg_reserve_code(ll_store *store, int64_t number, const char *code, ll_session_quota *quota,
                              bool *taken);
 ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
-ll_status ll_pg_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+ll_status ll_pg_count_keys(ll_store *store, ll_log_size *sizes, int64_t count,
                            void (*each)(void *context, const ll_key_use *use), void *context);
 
 /* ---- postgres_class.c ---- */

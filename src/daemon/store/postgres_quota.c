@@ -89,10 +89,15 @@ ll_status ll_pg_find_code(ll_store *store, const char *code, char id[LL_ID_LENGT
 
 /* ---- class keys ---- */
 
-/* Only of sessions that this daemon has: another one knows the size of those that it has taken over. */
-static const char note_sql[] = "UPDATE code SET log_bytes=u.b FROM unnest($2::bigint[],$3::bigint[]) u(n,b)"
-                               " WHERE code.session=u.n AND EXISTS"
-                               " (SELECT 1 FROM session WHERE no=u.n AND owner=$1::bigint)";
+/* Not of sessions that another daemon has taken over: that one knows their size. A new one has a code before
+ * its row is committed. Rows that others have locked are left out, so that none waits for another in a
+ * circle. Returns which were noted. */
+static const char note_sql[] =
+    "WITH mine AS MATERIALIZED (SELECT c.code, u.b, u.i FROM code c"
+    " JOIN unnest($2::bigint[],$3::bigint[]) WITH ORDINALITY u(n,b,i) ON c.session=u.n"
+    " WHERE NOT EXISTS (SELECT 1 FROM session WHERE no=u.n AND owner IS DISTINCT FROM $1::bigint)"
+    " ORDER BY c.session FOR NO KEY UPDATE OF c SKIP LOCKED)"
+    " UPDATE code SET log_bytes=mine.b FROM mine WHERE code.code=mine.code RETURNING mine.i";
 
 static const char count_sql[] =
     "SELECT name, sum(sessions)::bigint, sum(bytes)::bigint, sum(classes)::bigint FROM"
@@ -116,16 +121,18 @@ static char *write_array(const ll_log_size *sizes, int64_t count, bool of_sizes)
     return text;
 }
 
-static bool note_sizes(pg_link *link, int64_t daemon, const ll_log_size *sizes, int64_t count)
+static bool note_sizes(pg_link *link, int64_t daemon, ll_log_size *sizes, int64_t count)
 {
     char *numbers = write_array(sizes, count, false), *bytes = write_array(sizes, count, true);
     bool good = numbers && bytes && ll_pg_query(link, note_sql, "itt", daemon, numbers, bytes);
+    for (int i = 0; good && i < ll_pg_rows(link); i++)
+        sizes[ll_pg_whole(link, i, 0) - 1].noted = true;
     free(numbers);
     free(bytes);
     return good;
 }
 
-ll_status ll_pg_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+ll_status ll_pg_count_keys(ll_store *store, ll_log_size *sizes, int64_t count,
                            void (*each)(void *context, const ll_key_use *use), void *context)
 {
     postgres_store *s = (postgres_store *)store;

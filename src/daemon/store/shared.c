@@ -89,7 +89,7 @@ ll_status ll_store_reserve_code(ll_store *store, int64_t number, const char *cod
     return store->kind->shared->reserve_code(store, number, code, quota, taken);
 }
 
-ll_status ll_store_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+ll_status ll_store_count_keys(ll_store *store, ll_log_size *sizes, int64_t count,
                               void (*each)(void *context, const ll_key_use *use), void *context)
 {
     return store->kind->shared->count_keys(store, sizes, count, each, context);

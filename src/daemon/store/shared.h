@@ -126,10 +126,11 @@ typedef struct ll_key_use {
 /* Size of the log of a session of this daemon. */
 typedef struct ll_log_size {
     int64_t number, bytes;
+    bool noted; /* result */
 } ll_log_size;
 
 /* Notes the sizes of logs, then calls `each` for every class key that something was made with. */
-ll_status ll_store_count_keys(ll_store *store, const ll_log_size *sizes, int64_t count,
+ll_status ll_store_count_keys(ll_store *store, ll_log_size *sizes, int64_t count,
                               void (*each)(void *context, const ll_key_use *use), void *context);
 ll_status ll_store_find_code(ll_store *store, const char *code, char id[LL_ID_LENGTH + 1]);
 

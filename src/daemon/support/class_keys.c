@@ -177,6 +177,19 @@ ll_class_key *ll_class_keys_named(const ll_class_keys *keys, const char *name)
     return NULL;
 }
 
+void ll_class_keys_list(const ll_class_keys *keys, char *text, size_t size)
+{
+    size_t length = 0;
+    text[0] = '\0';
+    for (int i = 0; i < keys->count && keys->keys[i].name[0]; i++) {
+        bool fits = length + LL_KEY_NAME_MAX + sizeof ", , ..." <= size;
+        length += (size_t)snprintf(text + length, size - length, "%s%s", i > 0 ? ", " : "",
+                                   fits ? keys->keys[i].name : "...");
+        if (!fits)
+            return;
+    }
+}
+
 bool ll_class_key_take(ll_class_key *key, ll_key_quota quota)
 {
     int64_t before = atomic_fetch_add(&key->used[quota], 1);

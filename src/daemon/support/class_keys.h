@@ -49,6 +49,9 @@ void ll_class_keys_free(ll_class_keys *keys);
 ll_class_key *ll_class_keys_find(const ll_class_keys *keys, const char *key, size_t length); /* NULL: none */
 ll_class_key *ll_class_keys_named(const ll_class_keys *keys, const char *name);              /* NULL: none */
 
+/* "north, south"; "..." for those that do not fit. Empty: there are no names. */
+void ll_class_keys_list(const ll_class_keys *keys, char *text, size_t size);
+
 /* Takes one of a quota, unless all are used: for counts of this daemon alone. */
 bool ll_class_key_take(ll_class_key *key, ll_key_quota quota);
 bool ll_class_key_is_full(const ll_class_key *key, ll_key_quota quota);

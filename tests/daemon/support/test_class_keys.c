@@ -56,6 +56,11 @@ static void lines_have_names_and_quotas(void **state)
     const ll_class_key *north = ll_class_keys_named(&keys, "north"), *south = find(&keys, "key=south"),
                        *east = find(&keys, "#key-of-east");
     assert_int_equal(keys.count, 3);
+    char list[64];
+    ll_class_keys_list(&keys, list, sizeof list);
+    assert_string_equal(list, "north, south, east");
+    ll_class_keys_list(&keys, list, 45);
+    assert_string_equal(list, "north, south, ...");
     assert_ptr_equal(north, find(&keys, "key-of-the-north"));
     assert_ptr_equal(south, ll_class_keys_named(&keys, "south"));
     for (int i = 0; i < LL_KEY_QUOTAS; i++)
