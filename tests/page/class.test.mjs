@@ -394,6 +394,33 @@ test('a board that waits for another daemon gives way to a newer one, and hides 
   await close(teacher, joined);
 });
 
+test('two clicks open one class; one that gets no board ends', async () => {
+  const teacher = await open(`${daemon.url}?scenario=race`);
+  const { page } = teacher;
+  await shown(page);
+  /** @type {Promise<string>[]} */
+  const made = [];
+  let puts = 0;
+  page.on('response', (answer) => {
+    if (answer.request().method() === 'POST' && answer.url().endsWith('/classes')) made.push(answer.json().then(({ id }) => id));
+  });
+  await page.route('**/api/v1/classes/*/board', (route) => {
+    if (++puts === 1)
+      return route.fulfill({ status: 409, contentType: 'application/problem+json', body: '{"status":409,"detail":"no board"}' });
+    return puts < 4 ? handed(route) : route.continue();
+  });
+  await button(page, 'Class').click();
+  await reads(page.locator('aside.note'), /No class: no board/);
+  await until(async () => (await api(daemon.url, `classes/${await made[0]}`)).status === 404, 'the end of the class');
+  await button(page, 'Class').click();
+  await until(async () => puts === 2, 'a first attempt');
+  await button(page, 'Class').click();
+  await button(page, 'Show the board').waitFor();
+  assert.equal(made.length, 2);
+  quiet([teacher], /Failed to load resource/);
+  await close(teacher);
+});
+
 test('a daemon on all interfaces: its addresses, and a QR code of the first', async (t) => {
   const own = Object.values(networkInterfaces()).flat();
   if (!own.some((a) => a && !a.internal && a.family === 'IPv4' && !a.address.startsWith('169.254.'))) {
