@@ -385,7 +385,7 @@ test('a board that waits for another daemon gives way to a newer one, and hides 
   await page.locator('#scenario').selectOption('rifle');
   await until(async () => asked()[1] === 1, 'the newer board');
   const newer = [...tries.keys()][1];
-  const joined = await student(teacher.code, 'Watch'); /* the class tells of its board before */
+  const joined = await student(teacher.code, 'Watch'); /* the class reports its board before */
   await until(async () => (await teacher.state()).board === newer, 'the newer board in the class');
   await page.waitForTimeout(1200); /* the older one would have been put by now */
   assert.deepEqual([(await teacher.state()).board, (await sessionOf(page)).id], [newer, newer]);

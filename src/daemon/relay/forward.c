@@ -408,7 +408,7 @@ static void answer_kept(ll_forward *f, const char *key, const ll_http_request *r
     for (; place != NULL && place->fetching && place->fetches == fetches; waited = true)
         pthread_cond_wait(&f->fetched, &f->lock);
     /* It was replaced meanwhile, or the answer cannot be kept, or another one fetches it again: all who have
-     * waited ask the owner at once, and nobody waits twice. */
+     * waited ask the owner at once, and no request waits twice. */
     if (place != NULL &&
         (strcmp(place->key, key) != 0 || (waited && (place->fetching || place->until_ns == 0))))
         place = NULL;

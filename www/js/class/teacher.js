@@ -61,7 +61,7 @@ let turn = 0,
 
 /** The board as far as this page knows it. */
 let board = '';
-/** The boards before it: the class may tell of them until it tells of that one. @type {Set<string>} */
+/** The boards before it: the class may still report them until it reports that one. @type {Set<string>} */
 const left = new Set();
 
 /** @param {string} id of the board from now on */
