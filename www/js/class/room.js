@@ -141,7 +141,7 @@ export async function teach() {
     lead(made.teacher_key, 'lobby', session.peek()?.id === shown.id ? shown.id : board.id);
     showAddress();
   } catch (error) {
-    if (made !== null) call('DELETE', `classes/${made.id}`, { key: made.teacher_key }).catch(() => {}); /* its key is kept nowhere */
+    if (made !== null) call('DELETE', `classes/${made.id}`, { key: made.teacher_key }).catch(() => {}); /* its key was not kept */
     notify(t('class.none', { why: reason(error) }));
   } finally {
     opening = false;
