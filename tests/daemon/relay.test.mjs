@@ -466,6 +466,21 @@ describe('relays', { skip, concurrency: 4 }, () => {
     await Promise.all([quiet.close(), watched.close()]);
   });
 
+  test('a relay that was stopped for a while keeps its connections', async (t) => {
+    const relay = await startDaemon({ of: owner.url });
+    t.after(() => relay.stop());
+    const made = await http.call('POST', '/api/v1/classes', { body: {} });
+    const quiet = await openStream(relay.url, `classes/${made.json.id}`);
+    process.kill(relay.pid, 'SIGSTOP');
+    await pause(7500); /* longer than a silent owner is waited for */
+    process.kill(relay.pid, 'SIGCONT');
+    quiet.say({ auth: made.json.teacher_key });
+    assert.equal((await quiet.wait((m) => m.type === 'reply')).role, 'teacher');
+    await pause(700); /* it has looked for silent ones */
+    assert.equal(quiet.closed, undefined);
+    await quiet.close();
+  });
+
   test('messages for an owner that does not read end, and do not fill the memory', async (t) => {
     const { relay, way } = await throttled(t);
     const session = await http.make({ paused: true });

@@ -46,8 +46,9 @@ static const char *const kept_paths[] = {"/api/v1/scenarios",          "/api/v1/
                                          "/api/v1/creation",           "/api/v1/sessions/"};
 
 typedef struct kept_answer {
-    char key[KEY]; /* empty: none */
-    bool fetching; /* by another request: wait */
+    char key[KEY];    /* empty: none */
+    bool fetching;    /* by another request: wait */
+    uint64_t fetches; /* that have ended */
     int64_t until_ns;
     uint64_t epoch;
     ll_http_response answer; /* bytes are owned */
@@ -382,6 +383,7 @@ static void fetch_for_all(ll_forward *f, kept_answer *place, const ll_http_reque
     pthread_mutex_lock(&f->lock);
     bool keeps = !answer.failed && answer.size <= KEPT_BYTES && answer.status != 304;
     place->fetching = false;
+    place->fetches++;
     ll_http_clear(&place->answer);
     place->until_ns = 0;
     if (keeps) {
@@ -402,10 +404,13 @@ static void answer_kept(ll_forward *f, const char *key, const ll_http_request *r
     bool waited = false;
     pthread_mutex_lock(&f->lock);
     kept_answer *place = place_of(f, key);
-    for (; place != NULL && place->fetching && strcmp(place->key, key) == 0; waited = true)
+    uint64_t fetches = place != NULL ? place->fetches : 0;
+    for (; place != NULL && place->fetching && place->fetches == fetches; waited = true)
         pthread_cond_wait(&f->fetched, &f->lock);
-    /* It was replaced meanwhile, or the answer cannot be kept: all who have waited ask the owner at once. */
-    if (place != NULL && (strcmp(place->key, key) != 0 || (waited && place->until_ns == 0)))
+    /* It was replaced meanwhile, or the answer cannot be kept, or another one fetches it again: all who have
+     * waited ask the owner at once, and no request waits twice. */
+    if (place != NULL &&
+        (strcmp(place->key, key) != 0 || (waited && (place->fetching || place->until_ns == 0))))
         place = NULL;
     if (place != NULL && is_valid(f, place)) {
         atomic_fetch_add(&f->from_kept, 1);

@@ -32,7 +32,7 @@ enum {
 
 #define CHECK_NS INT64_C(500000000)   /* between two looks for silent ones */
 #define PING_NS INT64_C(2000000000)   /* without a byte of the owner */
-#define SILENT_NS INT64_C(7000000000) /* without the answer to a ping either */
+#define ANSWER_NS INT64_C(5000000000) /* for the answer to a ping */
 
 struct ll_upstream {
     ll_upstreams *all;
@@ -479,9 +479,13 @@ static void read_socket(ll_upstream *u)
  * forgotten it, looks like one of an owner that has nothing to say. */
 static void check_alive(ll_upstream *u, int64_t now)
 {
-    if (now - u->heard_ns > SILENT_NS) {
-        end(u, LL_UPSTREAM_CUT, "the owner is silent");
-    } else if (now - u->heard_ns > PING_NS && u->pinged_ns == 0) {
+    if (u->pinged_ns != 0 && now - u->pinged_ns > ANSWER_NS) {
+        /* The answer may wait in the socket: one turn reads few of them, and this program may have been
+         * stopped. */
+        read_socket(u);
+        if (u->pinged_ns != 0)
+            end(u, LL_UPSTREAM_CUT, "the owner is silent");
+    } else if (u->pinged_ns == 0 && now - u->heard_ns > PING_NS) {
         u->pinged_ns = now;
         send_frame(u, NULL, 0, LL_OPCODE_PING);
     }
@@ -569,7 +573,7 @@ void ll_upstreams_serve(ll_upstreams *all, int wait_ms)
             read_socket(u);
     }
     take_attempts(all);
-    check_all(all); /* after all that has come was read: this program may have been stopped for a while */
+    check_all(all);
     if (all->any_dead)
         free_dead(all);
 }

@@ -116,25 +116,35 @@ function listen({ id, code, join, state }, key) {
   });
 }
 
+/** Whether a class is being opened: the button stays there meanwhile. */
+let opening = false;
+
 /** Opens a class whose board is the session that is shown. */
 export async function teach() {
-  const shown = session.peek();
-  if (shown === null || shown.key === '') {
-    notify(t('class.needs_own'));
-    return;
-  }
+  if (opening) return;
+  opening = true;
+  let made = null;
   try {
-    const made = await make('classes', {});
+    await need('class'); /* before a word is said */
+    const shown = session.peek();
+    if (shown === null || shown.key === '') {
+      notify(t('class.needs_own'));
+      return;
+    }
+    made = await make('classes', {});
     const board = await putBoard(made.id, made.teacher_key, shown);
     const key = board.owner_key ?? shown.key; /* several daemons show a fork of it */
     if (board.owner_key) keep(board.id, key, false);
     await call('POST', `sessions/${board.id}/control`, { body: { op: 'pause' }, key }).catch(() => {}); /* it waits for the class */
     await begin();
     listen(made, made.teacher_key);
-    lead(made.teacher_key, 'lobby');
+    lead(made.teacher_key, 'lobby', session.peek()?.id === shown.id ? shown.id : board.id);
     showAddress();
   } catch (error) {
+    if (made !== null) call('DELETE', `classes/${made.id}`, { key: made.teacher_key }).catch(() => {}); /* its key was not kept */
     notify(t('class.none', { why: reason(error) }));
+  } finally {
+    opening = false;
   }
 }
 

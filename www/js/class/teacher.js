@@ -18,16 +18,19 @@ const HAND_OVER_MS = 15000 /* of several daemons, the one that has just made a s
 
 /** Shows a session on the board of a class; waits while another daemon hands it over to the one that has the class.
  * @param {string} id of the class @param {string} key the teacher's @param {import('../session/state.js').Session} shown
- * @returns {Promise<any>} */
-export async function putBoard(id, key, shown) {
+ * @param {() => boolean} [wanted] asked before each further attempt: whether it is still to be shown
+ * @returns {Promise<any>} null when it was not wanted any more */
+export async function putBoard(id, key, shown, wanted = () => true) {
   const end = performance.now() + HAND_OVER_MS;
-  for (;;) {
+  for (let tries = 0; ; tries++) {
     try {
       return await call('PUT', `classes/${id}/board`, { body: { session: shown.id, owner_key: shown.key }, key });
     } catch (error) {
+      if (!wanted()) return null;
       if (!(error instanceof Problem) || error.status !== 503 || performance.now() > end) throw error;
-      notify(t('class.preparing'));
+      if (tries === 0) notify(t('class.preparing')); /* once: what is said meanwhile is to be read */
       await new Promise((done) => setTimeout(done, AGAIN_MS));
+      if (!wanted()) return null;
     }
   }
 }
@@ -52,6 +55,22 @@ export async function set(patch) {
   if (state !== null && (known === null || state.serial >= known.serial)) now.value = state;
 }
 
+/** Counted up when a board, or a question, is chosen: what still waits for an older one gives up. */
+let turn = 0,
+  questions = 0;
+
+/** The board as far as this page knows it. */
+let board = '';
+/** The boards before it: the class may still report them until it reports that one. @type {Set<string>} */
+const left = new Set();
+
+/** @param {string} id of the board from now on */
+function move(id) {
+  left.add(board);
+  left.delete(id);
+  board = id;
+}
+
 /** The next phase. To predict once more is a new question, but for a lesson's, which keeps its votes. @param {string} name */
 export function phase(name) {
   const state = now.peek();
@@ -66,44 +85,52 @@ export function phase(name) {
 
 /** Shows the scene of a lesson and prepares its question; empty for a question that the teacher asks aloud. @param {string} id */
 export async function choose(id) {
+  const asked = ++questions;
   const lesson = id === '' ? null : await readLesson(id);
+  if (asked !== questions) return;
   if (lesson === null) return set({ lesson: '', phase: 'lobby', stop_tick: 0 });
+  const mine = ++turn;
   const made = await ask('PUT', '/board', { scenario: lesson.scenario, set: lesson.set, seed: lesson.seed });
   if (made === null) return;
   keep(made.id, made.owner_key, false);
+  if (mine !== turn) {
+    left.add(made.id);
+    return;
+  }
   follow(made.id);
+  if (asked !== questions) return;
   await control({ op: 'speed', speed: lesson.speed });
   await set({ lesson: id, step: 0, stop_tick: lesson.stop_tick, phase: 'lobby' });
 }
 
 export const end = () => ask('DELETE', '');
 
-/** The board as far as this page knows it, and the one before. */
-let board = '',
-  left = '';
-
 /** Shows a session that is on the board. @param {string} id */
 function follow(id) {
   if (id === board && session.peek()?.id === id) return;
-  left = board;
-  board = id;
+  move(id);
   untracked(() => show(id, keyOf(id) || secret.peek(), false));
 }
 
 /** Puts the session that this page shows on the board. @param {import('../session/state.js').Session} shown */
 async function put(shown) {
-  left = board;
-  board = shown.id;
-  const made = await tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown));
+  const mine = ++turn;
+  const wanted = () => mine === turn && session.peek()?.id === shown.id; /* another device may have chosen one, which is followed */
+  move(shown.id);
+  const made = await tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown, wanted));
   if (!made?.owner_key) return;
   keep(made.id, made.owner_key, false); /* several daemons show a fork of it */
-  follow(made.id);
+  if (wanted()) follow(made.id);
+  else if (made.id !== board) left.add(made.id);
 }
 
-/** From now on this page is the teacher's. @param {string} key @param {'lobby' | 'board'} first */
-export function begin(key, first) {
+/** From now on this page is the teacher's. @param {string} key @param {'lobby' | 'board'} first
+ * @param {string} [shown] the board, where it is not what the page shows */
+export function begin(key, first, shown = session.peek()?.id ?? '') {
   const at = `#class=${room.peek()?.code}`;
-  board = session.peek()?.id ?? '';
+  turn++;
+  left.clear();
+  board = shown;
   place.value = { at, hz: 0, seat: null, reason: '', frozen: false, board: true };
   secret.value = key;
   part.value = 'teacher';
@@ -121,8 +148,9 @@ effect(() => {
   /* another device of the teacher has chosen one */
   const there = now.value?.board ?? null;
   if (part.value !== 'teacher' || there === null) return;
-  if (there === board) left = '';
-  if (there !== board && there !== left) follow(there);
+  if (left.has(there)) return;
+  if (there !== board) follow(there);
+  left.clear();
 });
 effect(() => {
   if (part.value !== 'teacher') return;
