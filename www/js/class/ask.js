@@ -15,14 +15,14 @@ export function ballot(vote) {
   if (!isOpen() || question === null) return nothing;
   const lesson = lessonOf(question.lesson),
     mine = me.value?.choice ?? -1,
-    told = mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) });
+    message = mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) });
   return html`<section class="ask" aria-label=${t('class.question')}><fieldset class="answers"><legend>${questionOf(lesson)}</legend>
     ${Array.from(
       { length: question.choices },
       (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
       @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
     )}</fieldset>
-    <p role="status">${told} ${t('class.may_change')}</p></section>`;
+    <p role="status">${message} ${t('class.may_change')}</p></section>`;
 }
 
 /** In one sentence, for who does not see the bars. @param {number[]} tally @param {(choice: number) => string} name */
