@@ -148,10 +148,11 @@ void ll_netgame_observe_display(ll_netgame_run *run, int player)
     ll_client_metrics_frame(seat->metrics, seat->client, &truth, now);
     if (!(run->observes & LL_OBSERVE_INPUTS) || player >= LL_CHANGE_VIEWERS)
         return;
-    ll_drawn_tick last = {LL_NEVER, 0};
-    for (int i = 0; i < run->players; i++)
-        if (i != player && ll_changes_waiting(&run->seat[i].metrics->changes))
-            ll_client_metrics_seen(run->seat[i].metrics, i, seat->client, &truth, &last, now);
+    ll_drawn_tick last = {LL_NEVER, seat->metrics->drawn_tick};
+    const ll_netgame_seat *other = run->seat;
+    for (int i = 0, players = run->players; i < players; i++, other++)
+        if (ll_changes_waiting(&other->metrics->changes) && i != player)
+            ll_client_metrics_seen(other->metrics, i, seat->client, &truth, &last, now);
 }
 
 /* ---- detection of cheats by the server ---- */

@@ -148,7 +148,7 @@ static void check_player(const scene *s, int player, const result_counter *w)
         never += w->outcome[seq] == 0;
     }
     const int64_t *n = input_history->count;
-    assert_int_equal(input_history->made, c->inputs.seq);
+    assert_int_equal(ll_input_history_made_count(input_history), c->inputs.seq);
     assert_int_equal(n[LL_INPUT_CAME_LATE], late);
     assert_true(n[LL_INPUT_WAS_APPLIED] <= accepted && n[LL_INPUT_WAS_REFUSED] <= refused);
     assert_int_equal(n[LL_INPUT_WAS_APPLIED] + n[LL_INPUT_WAS_REFUSED] + n[LL_INPUT_WAS_LOST] +
