@@ -44,7 +44,8 @@ void ll_histogram_init(ll_histogram *h, double unit);
  * as such: no logarithm. */
 static inline int ll_histogram_bucket(double v)
 {
-    static const double top = 0x1.fffffffffffffp17; /* the largest of the last bucket but for what shares it */
+    static const double top =
+        0x1.fffffffffffffp17; /* the largest of the last bucket but for what shares it */
     if (v < LL_HISTOGRAM_LINEAR)
         return (int)v;
     uint64_t bits;
@@ -62,8 +63,8 @@ static inline ll_pair *ll_histogram_sums(ll_histogram *h)
     return (ll_pair *)(void *)&h->sum;
 }
 
-/* Adds a value >= 0 so many times: the same as that many calls of ll_histogram_add. Inline, since a frame adds
- * about ten values per player. */
+/* Adds a value >= 0 so many times: the same as that many calls of ll_histogram_add. Inline, since a frame
+ * adds about ten values per player. */
 LL_INLINE void ll_histogram_add_times(ll_histogram *h, double value, int times)
 {
     h->count += times;

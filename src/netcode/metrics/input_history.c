@@ -4,6 +4,12 @@
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
+/* Where input `seq`, which is not 0, is or was. */
+static ll_input_history_entry *entry_of(ll_input_history *input_history, uint32_t seq)
+{
+    return &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
+}
+
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
                    ll_input_result_kind result)
 {
@@ -61,7 +67,7 @@ void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_
 void ll_input_history_sent(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
 {
     for (uint32_t seq = first; seq - first < count; seq++) {
-        ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
+        ll_input_history_entry *input = entry_of(input_history, seq);
         if (input->seq != seq)
             continue;
         input->flags |= LL_INPUT_HISTORY_SENT;
@@ -92,8 +98,8 @@ void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
 {
     uint32_t seq = input_history->open;
     for (; seq <= input_history->newest; seq++) {
-        ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->result != LL_INPUT_IS_OPEN)
+        ll_input_history_entry *input = entry_of(input_history, seq);
+        if (input->seq != seq || input->result != LL_INPUT_IS_OPEN)
             continue;
         if (input->tick > step)
             break; /* ticks increase with sequence numbers */

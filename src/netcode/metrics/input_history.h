@@ -62,8 +62,8 @@ typedef struct ll_input_history_entry {
 typedef struct ll_input_history {
     ll_input_history_entry input[LL_INPUT_HISTORY_RING];
     int64_t count[LL_INPUT_RESULT_KINDS]; /* by result: their sum is the number made */
-    uint32_t newest; /* made last in this epoch; 0: none */
-    uint32_t open;   /* no input before this one is open */
+    uint32_t newest;                      /* made last in this epoch; 0: none */
+    uint32_t open;                        /* no input before this one is open */
     struct {
         int64_t count;
         double sum, max; /* m */

@@ -69,9 +69,9 @@ static inline void count(ll_smoothness *s, ll_pair step, ll_pair acceleration, c
 }
 
 /* A hitch is counted once, at its first frame above the limit. */
-static inline void count_still(ll_smoothness *s, ll_pair step, double far, ll_pair truth)
+static inline void count_still(ll_smoothness *s, ll_pair step, double far, ll_pair truth, bool first)
 {
-    if (far > 0 || step[0] != 0 || step[1] != 0 || s->samples == 0) {
+    if (far > 0 || step[0] != 0 || step[1] != 0 || first) {
         put_pair(&s->moved_x, truth);
         s->still = 0;
         return;
@@ -88,14 +88,15 @@ double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, const double 
     const ll_pair at = pair_at(&drawn->x), real = pair_at(truth);
     const ll_pair step = at - pair_at(&s->x), speed = step / dt;
     const ll_pair acceleration = (speed - pair_at(&s->vx)) / dt;
+    const int64_t before = s->samples++;
     const lengths far = lengths_of(step, real - pair_at(&s->truth_x), step - pair_at(&drawn->vx) * dt);
-    count_still(s, step, far.step, real);
-    if (s->samples >= 3)
+    count_still(s, step, far.step, real, before == 0);
+    if (before >= 3)
         count(s, step, acceleration, &far, dt);
     put_pair(&s->x, at);
     put_pair(&s->truth_x, real);
     put_pair(&s->step_x, step);
     put_pair(&s->vx, speed);
     put_pair(&s->ax, acceleration);
-    return s->samples++ == 0 ? -1 : far.off;
+    return before == 0 ? -1 : far.off;
 }

@@ -244,63 +244,75 @@ static __attribute__((noinline)) void turn_to(comparison *by, int64_t when)
     by->age = by->drawn.age > by->age ? by->drawn.age : by->age;
 }
 
-static inline void measure_timeline(const comparison *by, int i)
+/* An entity of a comparison. */
+typedef struct compared {
+    const ll_entity *shown, *real;
+    ll_track *track;
+    const int64_t *when; /* its render key */
+    int index;
+} compared;
+
+static inline void measure_timeline(const comparison *by, const compared *e)
 {
     ll_histogram_add(&by->in->histogram[LL_METRIC_TIMELINE_ERROR],
-                     timeline_error(&by->drawn, i, &by->shown[i]));
+                     timeline_error(&by->drawn, e->index, e->shown));
 }
 
 /* The errors where not all is plain. */
-static __attribute__((noinline)) void measure_apart(const comparison *by, int i, double error)
+static __attribute__((noinline)) void measure_apart(const comparison *by, compared e, double error)
 {
     ll_histogram_add(&by->in->histogram[LL_METRIC_REMOTE_ERROR], error);
     if (by->truth->nearness)
-        measure_nearness(by->truth, by->self, &by->real[i], error);
-    measure_ahead(by->in, i, &by->shown[i], by->drawn.when, by->truth->history, by->now);
+        measure_nearness(by->truth, by->self, e.real, error);
+    measure_ahead(by->in, e.index, e.shown, by->drawn.when, by->truth->history, by->now);
     if (by->drawn.past)
-        measure_timeline(by, i);
+        measure_timeline(by, &e);
 }
 
-static inline void measure_motion(const comparison *by, int i)
+static inline void measure_motion(const comparison *by, const compared *e)
 {
-    ll_smoothness *smooth = &by->in->track[i].smooth;
-    const bool first = smooth->samples == 0;
-    const double off = ll_smoothness_add(smooth, &by->shown[i], &by->real[i].x, by->frame.s);
-    if (!first)
+    const double off = ll_smoothness_add(&e->track->smooth, e->shown, &e->real->x, by->frame.s);
+    if (off >= 0)
         ll_histogram_add(&by->in->animation_error, off / by->pixel_m);
 }
 
-LL_INLINE void measure_other(comparison *by, int i)
+static inline __attribute__((always_inline)) void measure_other(comparison *by, const compared *e)
 {
-    ll_client_metrics *in = by->in;
-    const ll_entity *e = &by->shown[i], *t = &by->real[i];
-    ll_track *track = &in->track[i];
-    const int64_t when = *(const int64_t *)(const void *)(by->whens + i * by->stride);
-    const double error = distance(&e->x, &t->x);
-    if (when != by->drawn.when)
-        turn_to(by, when);
+    const double error = distance(&e->shown->x, &e->real->x);
+    if (*e->when != by->drawn.when)
+        turn_to(by, *e->when);
     by->alike++;
     if (error >= by->error) {
         by->error = error;
-        by->worst = i;
+        by->worst = e->index;
     }
-    if (by->plain && track->awaited.when == 0) {
-        ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-        measure_timeline(by, i);
+    if (by->plain && e->track->awaited.when == 0) {
+        ll_histogram_add(&by->in->histogram[LL_METRIC_REMOTE_ERROR], error);
+        measure_timeline(by, e);
     } else if (by->counts) {
-        measure_apart(by, i, error);
+        measure_apart(by, *e, error);
     } else {
         return;
     }
-    ll_inconsistency_in(&in->server, &track->server, error, by->frame);
-    measure_motion(by, i);
+    ll_inconsistency_in(&by->in->server, &e->track->server, error, by->frame);
+    measure_motion(by, e);
+}
+
+static inline const int64_t *when_of(const comparison *by, int i)
+{
+    return (const int64_t *)(const void *)(by->whens + i * by->stride);
 }
 
 static __attribute__((noinline)) void measure_all(comparison *by, int entities)
 {
-    for (int i = 0; i < entities; i++)
-        if (i != by->self && !(by->shown[i].flags & LL_ENTITY_UNKNOWN))
-            measure_other(by, i);
+    const int self = by->self;
+    const int64_t stride = by->stride;
+    const char *when = by->whens;
+    const ll_entity *shown = by->shown, *real = by->real;
+    ll_track *track = by->in->track;
+    for (int i = 0; i < entities; i++, shown++, real++, track++, when += stride)
+        if (i != self && !(shown->flags & LL_ENTITY_UNKNOWN))
+            measure_other(by, &(compared){shown, real, track, (const int64_t *)(const void *)when, i});
 }
 
 /* Of the entities that the client has. */
@@ -315,8 +327,9 @@ static __attribute__((noinline)) void measure_known(comparison *by)
             ll_fetch(&by->drawn.before->at[ahead], sizeof by->drawn.before->at[ahead]);
             ll_fetch(&by->drawn.after->at[ahead], sizeof by->drawn.after->at[ahead]);
         }
-        if (list.entity[k] != by->self)
-            measure_other(by, list.entity[k]);
+        const int i = list.entity[k];
+        if (i != by->self)
+            measure_other(by, &(compared){&by->shown[i], &by->real[i], &by->in->track[i], when_of(by, i), i});
     }
 }
 

@@ -257,7 +257,8 @@ static void animation_errs_by_the_step_beyond_the_speed(void **state)
     ll_smoothness s = {0};
     for (int i = 0; i < 5; i++)
         assert_true(
-            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, (double[]){i, 0}, 0.5), off[i]));
+            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, (double[]){i, 0}, 0.5),
+                 off[i]));
 }
 
 /* More than two still displays in a row while the truth moves are one hitch, of any length. */
