@@ -72,25 +72,23 @@ static int64_t guess(const ll_history *history, ll_time time)
     return newest - (step > 0 ? (last->time - time) / step : 0);
 }
 
-/* `i`: the last record at or before `time`, or the oldest. */
-static ll_moment moment_from(const ll_history *history, ll_time time, int64_t i)
-{
-    if (i + 1 == history->count)
-        return (ll_moment){i, i, 0};
-    const ll_time a = record_at(history, i)->time, b = record_at(history, i + 1)->time;
-    return (ll_moment){i, i + 1, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
-}
-
 ll_moment ll_history_find_near(const ll_history *history, ll_time time, int64_t near)
 {
     const int64_t newest = history->count - 1, oldest = oldest_record(history);
     LL_ASSERT(newest >= 0);
     int64_t i = near < oldest ? oldest : near > newest ? newest : near;
-    while (i > oldest && record_at(history, i)->time > time)
-        i--;
-    while (i < newest && record_at(history, i + 1)->time <= time)
-        i++;
-    return moment_from(history, time, i);
+    const record *before = record_at(history, i), *after;
+    while (i > oldest && before->time > time)
+        before = record_at(history, --i);
+    for (;; i++, before = after) {
+        if (i == newest)
+            return (ll_moment){i, i, 0};
+        after = record_at(history, i + 1);
+        if (after->time > time)
+            break;
+    }
+    const ll_time a = before->time, b = after->time;
+    return (ll_moment){i, i + 1, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
 }
 
 ll_moment ll_history_find(const ll_history *history, ll_time time)
