@@ -10,10 +10,12 @@
  * mean, rms and maximum are those of the finite values. */
 #pragma once
 
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/pair.h"
 
 #define LL_HISTOGRAM_BUCKETS 448 /* 32 linear, then 13 octaves of 32 */
 #define LL_HISTOGRAM_LINEAR 32   /* also the number of buckets per octave */
@@ -42,32 +44,51 @@ void ll_histogram_init(ll_histogram *h, double unit);
  * as such: no logarithm. */
 static inline int ll_histogram_bucket(double v)
 {
+    static const double top =
+        0x1.fffffffffffffp17; /* the largest of the last bucket but for what shares it */
     if (v < LL_HISTOGRAM_LINEAR)
         return (int)v;
     uint64_t bits;
+    v = v < top ? v : top;
     memcpy(&bits, &v, sizeof bits);
-    uint64_t i = (bits >> 47) - (1023 + 5) * LL_HISTOGRAM_LINEAR +
-                 LL_HISTOGRAM_LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
-    return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
+    return (int)(bits >> 47) - (1023 + 5) * LL_HISTOGRAM_LINEAR +
+           LL_HISTOGRAM_LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
 }
 
-/* value >= 0. Inline, since a frame adds about ten values per player. */
-static inline void ll_histogram_add(ll_histogram *h, double value)
+/* Both sums at once: they lie side by side. */
+static inline ll_pair *ll_histogram_sums(ll_histogram *h)
 {
-    h->count++;
+    _Static_assert(offsetof(ll_histogram, sum_squares) == offsetof(ll_histogram, sum) + sizeof(double),
+                   "the sums are a pair");
+    return (ll_pair *)(void *)&h->sum;
+}
+
+/* Adds a value >= 0 so many times: the same as that many calls of ll_histogram_add. Inline, since a frame
+ * adds about ten values per player. */
+LL_INLINE void ll_histogram_add_times(ll_histogram *h, double value, int times)
+{
+    h->count += times;
     if (!(value > 0)) {        /* most errors and corrections of a clean link */
         LL_ASSERT(value == 0); /* fails for NaN too */
         h->min = 0;
-        h->bucket[0]++;
+        h->bucket[0] += (uint32_t)times;
         return;
     }
     if (value > h->max)
         h->max = value;
     if (value < h->min)
         h->min = value;
-    h->sum += value;
-    h->sum_squares += value * value;
-    h->bucket[ll_histogram_bucket(value * h->per_unit + 0.5)]++;
+    const ll_pair both = {value, value * value};
+    ll_pair sums = *ll_histogram_sums(h);
+    for (int i = 0; i < times; i++)
+        sums += both;
+    *ll_histogram_sums(h) = sums;
+    h->bucket[ll_histogram_bucket(value * h->per_unit + 0.5)] += (uint32_t)times;
+}
+
+static inline void ll_histogram_add(ll_histogram *h, double value)
+{
+    ll_histogram_add_times(h, value, 1);
 }
 
 void ll_histogram_add_never(ll_histogram *h);

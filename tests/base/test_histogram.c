@@ -208,6 +208,24 @@ static void buckets_ascend_without_gaps(void **state)
     assert_int_equal(before, LL_HISTOGRAM_BUCKETS - 1);
 }
 
+/* A value added several times is the same, to the bit, as so many calls. */
+static void several_at_once(void **state)
+{
+    (void)state;
+    ll_histogram at_once, one_by_one;
+    ll_histogram_init(&at_once, 0.1);
+    ll_histogram_init(&one_by_one, 0.1);
+    for (uint64_t i = 0; i < 1000; i++) {
+        const double value = i % 5 == 0 ? 0 : ll_rng_unit(1, 2, i) * (double)(i * i);
+        const int times = (int)(i % 9);
+        if (times > 0)
+            ll_histogram_add_times(&at_once, value, times);
+        for (int k = 0; k < times; k++)
+            ll_histogram_add(&one_by_one, value);
+    }
+    assert_memory_equal(&at_once, &one_by_one, sizeof at_once);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -219,6 +237,7 @@ int main(void)
         cmocka_unit_test(infinite_values_count_in_quantiles),
         cmocka_unit_test(beyond_the_last_bucket),
         cmocka_unit_test(buckets_ascend_without_gaps),
+        cmocka_unit_test(several_at_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

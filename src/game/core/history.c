@@ -60,29 +60,38 @@ ll_time ll_history_time(const ll_history *history, int64_t step)
     return record_at(history, step < oldest ? oldest : step > newest ? newest : step)->time;
 }
 
-/* Last record at or before `time`. Steps are almost even, so that a guess from the newest is almost right. */
-static int64_t find(const ll_history *history, ll_time time)
+/* Steps are almost even, so that a guess from the newest is almost right. */
+static int64_t guess(const ll_history *history, ll_time time)
 {
     LL_ASSERT(history->count > 0);
     int64_t newest = history->count - 1;
-    int64_t oldest = oldest_record(history);
     const record *last = record_at(history, newest);
-    if (time >= last->time || newest == oldest)
+    if (time >= last->time || newest == oldest_record(history))
         return newest;
     ll_time step = last->time - record_at(history, newest - 1)->time;
-    int64_t i = newest - (step > 0 ? (last->time - time) / step : 0);
-    i = i < oldest ? oldest : i > newest ? newest : i;
-    while (i > oldest && record_at(history, i)->time > time)
-        i--;
-    while (i < newest && record_at(history, i + 1)->time <= time)
-        i++;
-    return i;
+    return newest - (step > 0 ? (last->time - time) / step : 0);
+}
+
+ll_moment ll_history_find_near(const ll_history *history, ll_time time, int64_t near)
+{
+    const int64_t newest = history->count - 1, oldest = oldest_record(history);
+    LL_ASSERT(newest >= 0);
+    int64_t i = near < oldest ? oldest : near > newest ? newest : near;
+    const record *before = record_at(history, i), *after;
+    while (i > oldest && before->time > time)
+        before = record_at(history, --i);
+    for (;; i++, before = after) {
+        if (i == newest)
+            return (ll_moment){i, i, 0};
+        after = record_at(history, i + 1);
+        if (after->time > time)
+            break;
+    }
+    const ll_time a = before->time, b = after->time;
+    return (ll_moment){i, i + 1, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
 }
 
 ll_moment ll_history_find(const ll_history *history, ll_time time)
 {
-    int64_t i = find(history, time);
-    int64_t next = i + 1 < history->count ? i + 1 : i;
-    ll_time a = record_at(history, i)->time, b = record_at(history, next)->time;
-    return (ll_moment){i, next, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
+    return ll_history_find_near(history, time, guess(history, time));
 }

@@ -57,6 +57,9 @@ ll_time ll_history_time(const ll_history *history, int64_t step);
 
 ll_moment ll_history_find(const ll_history *history, ll_time time); /* clamped to the ends */
 
+/* The same. `near`: a record that is probably near, such as that found last; any number will do. */
+ll_moment ll_history_find_near(const ll_history *history, ll_time time, int64_t near);
+
 /* Inline, since a frame asks for every entity. */
 static inline void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x,
                                  double *y)

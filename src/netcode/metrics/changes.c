@@ -51,6 +51,8 @@ static void pass_complete(ll_changes *c)
 
 static bool moved(float a, float b)
 {
+    if (a == b)
+        return false;
     double by = (double)a - (double)b;
     return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* the NaN of a cheat is a change too */
 }
@@ -151,6 +153,7 @@ void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *inp
     if (other >= LL_CHANGE_VIEWERS)
         return;
     const uint32_t bit = UINT32_C(1) << other;
+    bool seen = false;
     for (int64_t i = c->first; i < c->made; i++) {
         ll_change *change = change_at(c, i);
         if ((change->seen & bit) || change->tick > tick)
@@ -160,6 +163,8 @@ void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *inp
             continue;
         ll_histogram_add(&latency[LL_LATENCY_SEEN], ll_to_ms(now - change->made));
         change->seen |= bit;
+        seen = true;
     }
-    pass_complete(c);
+    if (seen)
+        pass_complete(c);
 }

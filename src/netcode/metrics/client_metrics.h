@@ -175,6 +175,7 @@ typedef struct ll_client_metrics {
     ll_traffic traffic;
     ll_stepping stepping;
     ll_last_values last;
+    int64_t drawn_tick; /* found last for a drawn time: the next one is near it */
     ll_correction_metrics corrections;
     ll_histogram animation_error; /* smoothness: pixels, or m where `pixel_m` is 0 */
     ll_input_history input_history;

@@ -20,10 +20,10 @@ typedef struct ll_inconsistency {
     int64_t episodes;
 } ll_inconsistency;
 
-/* The present divergence episode. */
+/* The present divergence episode, until it is long enough to count. */
 typedef struct ll_divergence_episode {
-    double sum; /* m s */
-    ll_time time;
+    double sum;   /* m s */
+    ll_time time; /* once it counts, that of its start until then */
 } ll_divergence_episode;
 
 /* Length of a frame, in both units: one division for all of its entities. */
@@ -45,14 +45,15 @@ static inline void ll_inconsistency_in(ll_inconsistency *total, ll_divergence_ep
         *open = (ll_divergence_episode){0};
         return;
     }
-    double part = distance * frame.s;
-    bool counts = open->time >= LL_DIVERGENCE_EPISODE;
-    open->sum += part;
-    open->time += frame.ns;
-    if (counts) {
+    const double part = distance * frame.s;
+    if (open->time >= LL_DIVERGENCE_EPISODE) {
         total->sum += part;
         total->time += frame.ns;
-    } else if (open->time >= LL_DIVERGENCE_EPISODE) {
+        return;
+    }
+    open->sum += part;
+    open->time += frame.ns;
+    if (open->time >= LL_DIVERGENCE_EPISODE) {
         total->sum += open->sum;
         total->time += open->time;
         total->episodes++;

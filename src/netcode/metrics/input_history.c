@@ -4,6 +4,12 @@
 
 const char *const ll_cause_names[LL_CAUSES] = {"refused", "late", "loss", "contact", "other"};
 
+/* Where input `seq`, which is not 0, is or was. */
+static ll_input_history_entry *entry_of(ll_input_history *input_history, uint32_t seq)
+{
+    return &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
+}
+
 static void decide(ll_input_history *input_history, ll_input_history_entry *input,
                    ll_input_result_kind result)
 {
@@ -45,22 +51,24 @@ void ll_input_history_made(ll_input_history *input_history, uint32_t seq, int64_
 {
     _Static_assert((LL_INPUT_HISTORY_RING & (LL_INPUT_HISTORY_RING - 1)) == 0, "a mask finds the place");
     ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
-    if (input->seq != 0 && input->result == LL_INPUT_IS_OPEN)
+    const bool given_up = input->seq != 0 && input->result == LL_INPUT_IS_OPEN;
+    const bool next = seq == input_history->newest + 1;
+    if (given_up)
         give_up(input_history, input);
     *input = (ll_input_history_entry){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
         *input = (ll_input_history_entry){.seq = seq, .flags = LL_INPUT_HISTORY_ON_ARRIVAL};
     input_history->newest = seq;
-    input_history->made++;
     input_history->count[LL_INPUT_IS_OPEN]++;
-    pass_decided(input_history);
+    if (given_up || !next)
+        pass_decided(input_history);
 }
 
 void ll_input_history_sent(ll_input_history *input_history, uint32_t first, uint32_t count, ll_time due)
 {
     for (uint32_t seq = first; seq - first < count; seq++) {
-        ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input)
+        ll_input_history_entry *input = entry_of(input_history, seq);
+        if (input->seq != seq)
             continue;
         input->flags |= LL_INPUT_HISTORY_SENT;
         if ((input->flags & LL_INPUT_HISTORY_ON_ARRIVAL) && input->result == LL_INPUT_IS_OPEN &&
@@ -88,15 +96,16 @@ void ll_input_history_received(ll_input_history *input_history, uint32_t seq, ll
 
 void ll_input_history_stepped(ll_input_history *input_history, int64_t step)
 {
-    for (uint32_t seq = input_history->open; seq <= input_history->newest; seq++) {
-        ll_input_history_entry *input = ll_input_history_find(input_history, seq);
-        if (!input || input->result != LL_INPUT_IS_OPEN)
+    uint32_t seq = input_history->open;
+    for (; seq <= input_history->newest; seq++) {
+        ll_input_history_entry *input = entry_of(input_history, seq);
+        if (input->seq != seq || input->result != LL_INPUT_IS_OPEN)
             continue;
         if (input->tick > step)
             break; /* ticks increase with sequence numbers */
         decide(input_history, input, input_result_of(input));
     }
-    pass_decided(input_history);
+    input_history->open = seq; /* all before it are decided */
 }
 
 void ll_input_history_applied(ll_input_history *input_history, int64_t step, uint32_t unsent_from,

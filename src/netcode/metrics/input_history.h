@@ -61,10 +61,9 @@ typedef struct ll_input_history_entry {
 
 typedef struct ll_input_history {
     ll_input_history_entry input[LL_INPUT_HISTORY_RING];
-    int64_t count[LL_INPUT_RESULT_KINDS]; /* by result */
-    int64_t made;
-    uint32_t newest; /* made last in this epoch; 0: none */
-    uint32_t open;   /* no input before this one is open */
+    int64_t count[LL_INPUT_RESULT_KINDS]; /* by result: their sum is the number made */
+    uint32_t newest;                      /* made last in this epoch; 0: none */
+    uint32_t open;                        /* no input before this one is open */
     struct {
         int64_t count;
         double sum, max; /* m */
@@ -80,11 +79,19 @@ typedef struct ll_input_history {
 
 #pragma GCC diagnostic pop
 
-/* Input `seq`; NULL if it is not of this epoch or too old. */
+/* Input `seq`; NULL if it is not of this epoch or too old. The ring has no input newer than the newest. */
 static inline ll_input_history_entry *ll_input_history_find(ll_input_history *input_history, uint32_t seq)
 {
     ll_input_history_entry *input = &input_history->input[seq & (LL_INPUT_HISTORY_RING - 1)];
-    return seq != 0 && seq <= input_history->newest && input->seq == seq ? input : NULL;
+    return input->seq == seq && seq != 0 ? input : NULL;
+}
+
+static inline int64_t ll_input_history_made_count(const ll_input_history *input_history)
+{
+    int64_t made = 0;
+    for (int i = 0; i < LL_INPUT_RESULT_KINDS; i++)
+        made += input_history->count[i];
+    return made;
 }
 
 static inline uint8_t ll_input_history_flags(ll_input_history *input_history, uint32_t seq)

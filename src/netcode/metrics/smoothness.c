@@ -1,9 +1,17 @@
 #include "netcode/metrics/smoothness.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "base/detmath.h"
 #include "base/pair.h"
+
+#define SIDE_BY_SIDE(first, second)                                                                          \
+    _Static_assert(offsetof(ll_smoothness, second) == offsetof(ll_smoothness, first) + sizeof(double),       \
+                   "a pair")
+
+SIDE_BY_SIDE(acceleration, jerk);
+SIDE_BY_SIDE(seconds, truth_step_sum);
 
 /* Two numbers that lie side by side. */
 static inline ll_pair pair_at(const double *first)
@@ -16,65 +24,79 @@ static inline void put_pair(double *first, ll_pair pair)
     *(ll_pair *)(void *)first = pair;
 }
 
-static double length(double x, double y)
+static inline double length(ll_pair a)
 {
-    if (y == 0)
-        return x < 0 ? -x : x; /* exactly the root */
-    return ll_sqrt(x * x + y * y);
+    return ll_sqrt(a[0] * a[0] + a[1] * a[1]);
 }
 
-static double product(ll_pair a, ll_pair b)
+/* |a|^2 and |b|^2 */
+static inline ll_pair squares(ll_pair a, ll_pair b)
 {
-    ll_pair c = a * b;
-    return c[0] + c[1];
+    a *= a;
+    b *= b;
+    return __builtin_shufflevector(a, b, 0, 2) + __builtin_shufflevector(a, b, 1, 3);
 }
 
-static void count(ll_smoothness *s, ll_pair step, ll_pair acceleration, double moved, double dt)
+typedef struct lengths {
+    double step, truth, off;
+} lengths;
+
+/* On a line, all y 0, each is exactly the root without one. */
+static inline lengths lengths_of(ll_pair step, ll_pair truth, ll_pair off)
 {
-    ll_pair jerk = (acceleration - pair_at(&s->ax)) / dt;
-    double far = length(step[0], step[1]);
-    s->acceleration += product(acceleration, acceleration);
-    s->jerk += product(jerk, jerk);
+    const ll_pair a = ll_pair_fabs(step), b = ll_pair_fabs(truth), c = ll_pair_fabs(off);
+    if ((a + b + c)[1] == 0)
+        return (lengths){a[0], b[0], c[0]};
+    return (lengths){step[1] == 0 ? a[0] : length(step), truth[1] == 0 ? b[0] : length(truth),
+                     off[1] == 0 ? c[0] : length(off)};
+}
+
+static inline void count(ll_smoothness *s, ll_pair step, ll_pair acceleration, const lengths *far, double dt)
+{
+    const ll_pair jerk = (acceleration - pair_at(&s->ax)) / dt, along = step * pair_at(&s->step_x);
+    put_pair(&s->acceleration, pair_at(&s->acceleration) + squares(acceleration, jerk));
+    put_pair(&s->seconds, pair_at(&s->seconds) + (ll_pair){dt, far->truth});
     s->frames++;
-    s->seconds += dt;
-    s->step_max = far > s->step_max ? far : s->step_max;
-    s->truth_step_sum += moved;
-    if (moved > 0) {
+    if (far->step > s->step_max)
+        s->step_max = far->step;
+    if (far->truth > 0) {
         s->moving++;
-        s->frozen += far == 0;
+        if (far->step == 0)
+            s->frozen++;
     }
-    s->reversals += product(step, pair_at(&s->step_x)) < 0;
+    if (along[0] + along[1] < 0)
+        s->reversals++;
 }
 
 /* A hitch is counted once, at its first frame above the limit. */
-static void count_still(ll_smoothness *s, bool stood, double truth_x, double truth_y)
+static inline void count_still(ll_smoothness *s, ll_pair step, double far, ll_pair truth, bool first)
 {
-    if (!stood || s->samples == 0) {
-        s->moved_x = truth_x;
-        s->moved_y = truth_y;
+    if (far > 0 || step[0] != 0 || step[1] != 0 || first) {
+        put_pair(&s->moved_x, truth);
         s->still = 0;
         return;
     }
-    s->still += truth_x != s->moved_x || truth_y != s->moved_y;
+    s->still += truth[0] != s->moved_x || truth[1] != s->moved_y;
     s->hitches += s->still == LL_HITCH_FRAMES + 1;
     if (s->still > LL_HITCH_FRAMES)
         s->still = LL_HITCH_FRAMES + 2;
 }
 
 /* x and y at once. */
-double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, double truth_x, double truth_y, double dt)
+double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, const double *truth, double dt)
 {
-    ll_pair at = pair_at(&drawn->x), step = at - pair_at(&s->x), speed = step / dt;
-    ll_pair acceleration = (speed - pair_at(&s->vx)) / dt, off = step - pair_at(&drawn->vx) * dt;
-    count_still(s, step[0] == 0 && step[1] == 0, truth_x, truth_y);
-    bool first = s->samples == 0;
-    if (s->samples++ >= 3)
-        count(s, step, acceleration, length(truth_x - s->truth_x, truth_y - s->truth_y), dt);
+    const ll_pair at = pair_at(&drawn->x), real = pair_at(truth);
+    const ll_pair step = at - pair_at(&s->x), speed = step / dt;
+    const ll_pair acceleration = (speed - pair_at(&s->vx)) / dt;
+    const int64_t before = s->samples++;
+    const lengths far = lengths_of(step, real - pair_at(&s->truth_x), step - pair_at(&drawn->vx) * dt);
+    count_still(s, step, far.step, real, before == 0);
+    if (before >= 3)
+        count(s, step, acceleration, &far, dt);
     put_pair(&s->x, at);
-    s->truth_x = truth_x;
-    s->truth_y = truth_y;
+    put_pair(&s->truth_x, real);
     put_pair(&s->step_x, step);
     put_pair(&s->vx, speed);
     put_pair(&s->ax, acceleration);
-    return first ? -1 : length(off[0], off[1]);
+    return before == 0 ? -1 : far.off;
 }

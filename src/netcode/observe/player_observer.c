@@ -3,25 +3,31 @@
 #include <string.h>
 
 #include "base/detmath.h"
+#include "base/pair.h"
 #include "netcode/state/peer.h"
 
-static double distance(double ax, double ay, double bx, double by)
+/* Two numbers that lie side by side: the x and y of an entity or of a place. */
+static inline ll_pair pair_at(const double *first)
 {
-    double dx = ax - bx, dy = ay - by;
-    if (dy == 0)
-        return dx < 0 ? -dx : dx;
-    return ll_sqrt(dx * dx + dy * dy);
+    return *(const ll_pair *)(const void *)first;
 }
 
-static double magnitude(double x)
+static inline double length(ll_pair d)
 {
-    return x < 0 ? -x : x;
+    if (d[1] == 0)
+        return __builtin_fabs(d[0]); /* exactly the root */
+    return ll_sqrt(d[0] * d[0] + d[1] * d[1]);
+}
+
+static inline double distance(const double *a, const double *b)
+{
+    return length(pair_at(a) - pair_at(b));
 }
 
 static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_entity *real, int self,
                         ll_frame_length frame, bool counts)
 {
-    double lead = distance(own->x, own->y, real->x, real->y);
+    double lead = distance(&own->x, &real->x);
     in->last.own_lead = own->x < real->x ? -lead : lead;
     if (!counts)
         return;
@@ -58,7 +64,6 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
 {
     const ll_entity *own = &ll_client_rendered_const(c)->entity[c->self];
     ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
-    double x, y;
     if (t->applies_on_arrival && predicts(c, t)) {
         drawn.key = c->prediction.played;
         measure_own_played(in, c, t, &drawn);
@@ -73,8 +78,8 @@ static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll
     if (!known && drawn.key != truth->key)
         return; /* the truth of that tick is no longer kept */
     if (known) {
-        ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
-        *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
+        const ll_history_record *made = ll_history_record_at(t->history, drawn.key);
+        *truth = (ll_rendered_view){drawn.key, made->time, made->at[c->self].x, made->at[c->self].y};
     }
     ll_rendered_views_compare(&in->rendered_views, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn,
                               truth, in->from);
@@ -121,13 +126,8 @@ static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time no
     ll_running_stats_add(&in->buffer.time_scale, c->drawing.time_scale);
 }
 
-/* What is drawn belongs to a time. Where a client steps a world of its own it belongs to a step, coded as a
- * negative number: step 0 is -1. */
-static int64_t render_key(const ll_client *c, int entity)
-{
-    return c->view_step >= 0 ? -1 - c->view_step : ll_client_draw_infos_const(c)[entity].time;
-}
-
+/* What is drawn belongs to a time, its render key. Where a client steps a world of its own it belongs to a
+ * step, coded as a negative number: step 0 is -1. */
 static int64_t step_of(int64_t when)
 {
     return -1 - when;
@@ -138,9 +138,9 @@ static bool is_past(const ll_history *history, int64_t when, ll_time now)
     return when < 0 ? step_of(when) < history->count : when <= now;
 }
 
-static ll_moment moment_of(const ll_history *history, int64_t when)
+static ll_moment moment_of(const ll_history *history, int64_t when, int64_t near)
 {
-    return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
+    return when < 0 ? ll_history_step(step_of(when)) : ll_history_find_near(history, when, near);
 }
 
 /* A step that the server has not made has no time yet: the present counts. */
@@ -156,23 +156,14 @@ static __attribute__((noinline)) void measure_ahead(ll_client_metrics *in, int e
                                                     int64_t when, const ll_history *history, ll_time now)
 {
     ll_awaited *a = &in->track[entity].awaited;
-    double x, y;
+    ll_history_place real;
     if (a->when != 0 && is_past(history, a->when, now)) {
-        ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
-        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
+        ll_history_at(history, moment_of(history, a->when, in->drawn_tick), entity, &real.x, &real.y);
+        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(&a->x, &real.x));
         a->when = 0;
     }
     if (a->when == 0 && !is_past(history, when, now))
         *a = (ll_awaited){when, drawn->x, drawn->y};
-}
-
-static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_entity *drawn,
-                           const ll_entity *real, double dt)
-{
-    double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
-    if (off >= 0)
-        ll_histogram_add(&in->animation_error,
-                         in->corrections.pixel_m > 0 ? off / in->corrections.pixel_m : off);
 }
 
 /* What the entities have in common that are drawn at one time. */
@@ -184,31 +175,33 @@ typedef struct drawn_at {
     const ll_history_record *before, *after; /* around it */
 } drawn_at;
 
-static drawn_at find_drawn_at(int64_t when, const ll_history *history, ll_time now)
+static inline void find_drawn_at(drawn_at *d, int64_t when, const ll_history *history, ll_time now,
+                                 int64_t *tick)
 {
-    drawn_at d = {.when = when, .age = ll_to_ms(now - drawn_time(when, history, now))};
-    d.past = is_past(history, when, now);
-    if (!d.past)
-        return d;
-    ll_moment moment = moment_of(history, when);
-    d.share = moment.share;
-    d.before = ll_history_record_at(history, moment.before);
-    d.after = ll_history_record_at(history, moment.after);
-    return d;
+    d->when = when;
+    d->age = ll_to_ms(now - drawn_time(when, history, now));
+    d->past = is_past(history, when, now);
+    if (!d->past)
+        return;
+    ll_moment moment = moment_of(history, when, *tick);
+    *tick = moment.before;
+    d->share = moment.share;
+    d->before = ll_history_record_at(history, moment.before);
+    d->after = ll_history_record_at(history, moment.after);
 }
 
 /* The timeline error of an entity drawn at a time of the past. */
-static double timeline_error(const drawn_at *d, int entity, const ll_entity *drawn)
+static inline double timeline_error(const drawn_at *d, int entity, const ll_entity *drawn)
 {
-    const ll_history_place *a = &d->before->at[entity], *b = &d->after->at[entity];
-    return distance(drawn->x, drawn->y, a->x + d->share * (b->x - a->x), a->y + d->share * (b->y - a->y));
+    const ll_pair a = pair_at(&d->before->at[entity].x), b = pair_at(&d->after->at[entity].x);
+    return length(pair_at(&drawn->x) - (a + d->share * (b - a)));
 }
 
 static __attribute__((noinline)) void measure_nearness(const ll_truth *truth, int self, const ll_entity *e,
                                                        double error)
 {
     const ll_entity *own = &truth->world->entity[self];
-    const bool far = distance(own->x, own->y, e->x, e->y) > truth->nearness->near_m;
+    const bool far = distance(&own->x, &e->x) > truth->nearness->near_m;
     truth->nearness->sum[far] += error;
     truth->nearness->count[far]++;
 }
@@ -216,40 +209,110 @@ static __attribute__((noinline)) void measure_nearness(const ll_truth *truth, in
 /* A display of a client, compared with the truth entity by entity. */
 typedef struct comparison {
     ll_client_metrics *in;
-    const ll_client *c;
     const ll_truth *truth;
-    const ll_world *shown;
+    const ll_entity *shown, *real;
+    int self;
+    bool counts;
     ll_time now;
+    /* The render key of entity i, `stride` bytes after that of the one before: all are at one place where the
+     * client steps a world of its own. */
+    const char *whens;
+    int64_t stride, step;
     ll_frame_length frame;
-    drawn_at drawn; /* of the entity before */
+    double pixel_m;    /* 1 where the scene has no width */
+    drawn_at drawn;    /* of the entity before */
+    bool plain;        /* it counts, is of the past, and no near entities are apart from far ones */
+    int alike;         /* entities before drawn at that time, whose age the histogram does not have yet */
+    int worst;         /* the entity farthest off; -1: none yet */
+    double error, age; /* the largest */
 } comparison;
 
-static inline void measure_other(comparison *by, int i)
+static inline void add_ages(comparison *by)
 {
-    ll_client_metrics *in = by->in;
-    const ll_entity *e = &by->shown->entity[i], *t = &by->truth->world->entity[i];
-    const ll_history *history = by->truth->history;
-    ll_track *track = &in->track[i];
-    int64_t when = render_key(by->c, i);
-    double error = distance(e->x, e->y, t->x, t->y);
-    if (when != by->drawn.when)
-        by->drawn = find_drawn_at(when, history, by->now);
-    const drawn_at *drawn = &by->drawn;
-    if (error >= magnitude(in->last.remote_error))
-        in->last.remote_error = e->x < t->x ? -error : error;
-    in->last.view_age = drawn->age > in->last.view_age ? drawn->age : in->last.view_age;
-    if (by->now < in->from)
-        return;
-    ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], drawn->age > 0 ? drawn->age : 0);
-    ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
+    ll_histogram *ages = &by->in->histogram[LL_METRIC_VIEW_AGE];
+    if (by->alike > 0 && by->counts)
+        ll_histogram_add_times(ages, by->drawn.age > 0 ? by->drawn.age : 0, by->alike);
+    by->alike = 0;
+}
+
+/* The entities from this one on are drawn at another time than those before. */
+static __attribute__((noinline)) void turn_to(comparison *by, int64_t when)
+{
+    add_ages(by);
+    find_drawn_at(&by->drawn, when, by->truth->history, by->now, &by->in->drawn_tick);
+    by->plain = by->counts && by->drawn.past && !by->truth->nearness;
+    by->age = by->drawn.age > by->age ? by->drawn.age : by->age;
+}
+
+/* An entity of a comparison. */
+typedef struct compared {
+    const ll_entity *shown, *real;
+    ll_track *track;
+    const int64_t *when; /* its render key */
+    int index;
+} compared;
+
+static inline void measure_timeline(const comparison *by, const compared *e)
+{
+    ll_histogram_add(&by->in->histogram[LL_METRIC_TIMELINE_ERROR],
+                     timeline_error(&by->drawn, e->index, e->shown));
+}
+
+/* The errors where not all is plain. */
+static __attribute__((noinline)) void measure_apart(const comparison *by, compared e, double error)
+{
+    ll_histogram_add(&by->in->histogram[LL_METRIC_REMOTE_ERROR], error);
     if (by->truth->nearness)
-        measure_nearness(by->truth, by->c->self, t, error);
-    if (!drawn->past || track->awaited.when != 0)
-        measure_ahead(in, i, e, when, history, by->now);
-    if (drawn->past)
-        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], timeline_error(drawn, i, e));
-    ll_inconsistency_in(&in->server, &track->server, error, by->frame);
-    measure_motion(in, track, e, t, by->frame.s);
+        measure_nearness(by->truth, by->self, e.real, error);
+    measure_ahead(by->in, e.index, e.shown, by->drawn.when, by->truth->history, by->now);
+    if (by->drawn.past)
+        measure_timeline(by, &e);
+}
+
+static inline void measure_motion(const comparison *by, const compared *e)
+{
+    const double off = ll_smoothness_add(&e->track->smooth, e->shown, &e->real->x, by->frame.s);
+    if (off >= 0)
+        ll_histogram_add(&by->in->animation_error, off / by->pixel_m);
+}
+
+static inline __attribute__((always_inline)) void measure_other(comparison *by, const compared *e)
+{
+    const double error = distance(&e->shown->x, &e->real->x);
+    if (*e->when != by->drawn.when)
+        turn_to(by, *e->when);
+    by->alike++;
+    if (error >= by->error) {
+        by->error = error;
+        by->worst = e->index;
+    }
+    if (by->plain && e->track->awaited.when == 0) {
+        ll_histogram_add(&by->in->histogram[LL_METRIC_REMOTE_ERROR], error);
+        measure_timeline(by, e);
+    } else if (by->counts) {
+        measure_apart(by, *e, error);
+    } else {
+        return;
+    }
+    ll_inconsistency_in(&by->in->server, &e->track->server, error, by->frame);
+    measure_motion(by, e);
+}
+
+static inline const int64_t *when_of(const comparison *by, int i)
+{
+    return (const int64_t *)(const void *)(by->whens + i * by->stride);
+}
+
+static __attribute__((noinline)) void measure_all(comparison *by, int entities)
+{
+    const int self = by->self;
+    const int64_t stride = by->stride;
+    const char *when = by->whens;
+    const ll_entity *shown = by->shown, *real = by->real;
+    ll_track *track = by->in->track;
+    for (int i = 0; i < entities; i++, shown++, real++, track++, when += stride)
+        if (i != self && !(shown->flags & LL_ENTITY_UNKNOWN))
+            measure_other(by, &(compared){shown, real, track, (const int64_t *)(const void *)when, i});
 }
 
 /* Of the entities that the client has. */
@@ -264,22 +327,42 @@ static __attribute__((noinline)) void measure_known(comparison *by)
             ll_fetch(&by->drawn.before->at[ahead], sizeof by->drawn.before->at[ahead]);
             ll_fetch(&by->drawn.after->at[ahead], sizeof by->drawn.after->at[ahead]);
         }
-        if (list.entity[k] != by->c->self)
-            measure_other(by, list.entity[k]);
+        const int i = list.entity[k];
+        if (i != by->self)
+            measure_other(by, &(compared){&by->shown[i], &by->real[i], &by->in->track[i], when_of(by, i), i});
     }
 }
 
 static void measure_others(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now,
                            ll_frame_length frame)
 {
-    comparison by = {in, c, truth, ll_client_rendered_const(c), now, frame, {.when = LL_NEVER}};
-    if (truth->known) {
+    const bool steps = c->view_step >= 0;
+    comparison by;
+    by.in = in;
+    by.truth = truth;
+    by.shown = ll_client_rendered_const(c)->entity;
+    by.real = truth->world->entity;
+    by.self = c->self;
+    by.counts = now >= in->from;
+    by.now = now;
+    by.step = -1 - c->view_step;
+    by.whens = steps ? (const char *)&by.step : (const char *)&ll_client_draw_infos_const(c)->time;
+    by.stride = steps ? 0 : (int64_t)sizeof(ll_draw_info);
+    by.frame = frame;
+    by.pixel_m = in->corrections.pixel_m > 0 ? in->corrections.pixel_m : 1;
+    by.drawn.when = LL_NEVER;
+    by.drawn.past = false;
+    by.alike = 0;
+    by.worst = -1;
+    by.error = by.age = 0;
+    if (truth->known)
         measure_known(&by);
-        return;
-    }
-    for (int i = 0; i < truth->world->entities; i++)
-        if (i != c->self && !(by.shown->entity[i].flags & LL_ENTITY_UNKNOWN))
-            measure_other(&by, i);
+    else
+        measure_all(&by, truth->world->entities);
+    add_ages(&by);
+    const bool behind = by.worst >= 0 && by.shown[by.worst].x < by.real[by.worst].x;
+    in->last.remote_error = behind ? -by.error : by.error;
+    in->last.view_age = by.age;
 }
 
 /* The display against the truth. */
@@ -291,7 +374,6 @@ static void measure_view(ll_client_metrics *in, const ll_client *c, const ll_tru
     measure_own_view(in, c, truth, now);
     measure_age(in, c, truth, now, counts);
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, frame, counts);
-    in->last.remote_error = in->last.view_age = 0;
     measure_others(in, c, truth, now, frame);
     if (counts)
         measure_buffer(in, c, now);
@@ -313,7 +395,7 @@ static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t, ll
         return by->view_step;
     ll_time time = ll_client_draw_infos_const(by)[entity].time;
     if (time != last->time)
-        *last = (ll_drawn_tick){time, ll_history_find(t->history, time).before};
+        *last = (ll_drawn_tick){time, ll_history_find_near(t->history, time, last->tick).before};
     return last->tick;
 }
 
@@ -326,82 +408,64 @@ void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by
                     received < drawn ? received : drawn, now + t->device);
 }
 
-/* The drawn positions of one entity, a view each, and the box around them. */
-typedef struct drawn_positions {
-    int count;
-    double x[LL_PLAYERS_MAX], y[LL_PLAYERS_MAX];
-    double x0, x1, y0, y1;
-} drawn_positions;
-
-static void find_drawn(drawn_positions *d, const ll_entity *const *shown, int count, int e)
-{
-    d->count = count;
-    double x0 = shown[0][e].x, x1 = x0, y0 = shown[0][e].y, y1 = y0;
-    for (int i = 0; i < count; i++) {
-        double x = shown[i][e].x, y = shown[i][e].y;
-        x0 = x < x0 ? x : x0;
-        x1 = x > x1 ? x : x1;
-        y0 = y < y0 ? y : y0;
-        y1 = y > y1 ? y : y1;
-        d->x[i] = x;
-        d->y[i] = y;
-    }
-    d->x0 = x0;
-    d->x1 = x1;
-    d->y0 = y0;
-    d->y1 = y1;
-}
-
-static double square_of(double dx, double dy)
-{
-    return dx * dx + dy * dy;
-}
-
-/* Whether all lie within the distance that counts as no inconsistency: the usual case for an entity at rest.
- */
-static bool agree(const drawn_positions *d)
-{
-    return square_of(d->x1 - d->x0, d->y1 - d->y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
-}
-
 /* Of positions on a line, the farthest from any is one of the ends: the distances, without roots. */
-static void farthest_on_line(const drawn_positions *d, double *far)
+static inline void measure_on_line(ll_client_metrics *const *in, const ll_entity *const *shown, int count,
+                                   int e, const ll_pair *ends, ll_frame_length frame)
 {
-    for (int i = 0; i < d->count; i++) {
-        double left = d->x[i] - d->x0, right = d->x1 - d->x[i];
-        far[i] = left > right ? left : right;
+    for (int i = 0; i < count; i++) {
+        const double left = shown[i][e].x - ends[0][0], right = ends[1][0] - shown[i][e].x;
+        ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, left > right ? left : right, frame);
     }
 }
 
-static void farthest_others(const drawn_positions *d, double *far)
+static double square_of(ll_pair d)
 {
-    for (int j = 0; j < d->count; j++) {
+    return d[0] * d[0] + d[1] * d[1];
+}
+
+static void farthest_others(const ll_entity *const *shown, int count, int e, double *far)
+{
+    for (int j = 0; j < count; j++) {
+        const ll_pair at = pair_at(&shown[j][e].x);
         far[j] = 0;
         for (int i = 0; i < j; i++) {
-            double square = square_of(d->x[i] - d->x[j], d->y[i] - d->y[j]);
+            double square = square_of(pair_at(&shown[i][e].x) - at);
             far[i] = square > far[i] ? square : far[i];
             far[j] = square > far[j] ? square : far[j];
         }
     }
-    for (int i = 0; i < d->count; i++)
+    for (int i = 0; i < count; i++)
         far[i] = ll_sqrt(far[i]);
 }
 
-/* Of one entity, in the views of `count` clients. */
-static void measure_between(ll_client_metrics *const *in, const ll_entity *const *shown, int count, int e,
-                            ll_frame_length frame)
+static void measure_apart_from(ll_client_metrics *const *in, const ll_entity *const *shown, int count, int e,
+                               ll_frame_length frame)
 {
     double far[LL_PLAYERS_MAX];
-    drawn_positions drawn;
-    find_drawn(&drawn, shown, count, e);
-    if (agree(&drawn)) {
-        for (int i = 0; i < count; i++)
-            in[i]->track[e].clients = (ll_divergence_episode){0};
-        return;
-    }
-    (drawn.y0 == drawn.y1 ? farthest_on_line : farthest_others)(&drawn, far);
+    farthest_others(shown, count, e, far);
     for (int i = 0; i < count; i++)
         ll_inconsistency_in(&in[i]->clients, &in[i]->track[e].clients, far[i], frame);
+}
+
+/* Of one entity, in the views of `count` clients. Where all lie within the distance that counts as no
+ * inconsistency, the usual case for an entity at rest, there is no more to do. */
+static inline void measure_between(ll_client_metrics *const *in, const ll_entity *const *shown, int count,
+                                   int e, ll_frame_length frame)
+{
+    ll_pair ends[2] = {pair_at(&shown[0][e].x), pair_at(&shown[0][e].x)}; /* of the box around them */
+    for (int i = 1; i < count; i++) {
+        const ll_pair at = pair_at(&shown[i][e].x);
+        ends[0] = (ll_pair){at[0] < ends[0][0] ? at[0] : ends[0][0], at[1] < ends[0][1] ? at[1] : ends[0][1]};
+        ends[1] = (ll_pair){at[0] > ends[1][0] ? at[0] : ends[1][0], at[1] > ends[1][1] ? at[1] : ends[1][1]};
+    }
+    const ll_pair size = ends[1] - ends[0];
+    if (square_of(size) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M)
+        for (int i = 0; i < count; i++)
+            in[i]->track[e].clients = (ll_divergence_episode){0};
+    else if (size[1] == 0)
+        measure_on_line(in, shown, count, e, ends, frame);
+    else
+        measure_apart_from(in, shown, count, e, frame);
 }
 
 __attribute__((noinline)) void ll_client_metrics_between(ll_client_metrics *const *in,

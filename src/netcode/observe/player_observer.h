@@ -24,14 +24,14 @@ typedef struct ll_truth {
     bool applies_on_arrival, peers; /* inputs are applied on arrival; clients have worlds of their own */
 } ll_truth;
 
-void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *client, const ll_truth *truth,
-                             ll_time now);
-
 /* The tick of a drawn time. Most entities of a display are drawn at one time. */
 typedef struct ll_drawn_tick {
     ll_time time; /* LL_NEVER: none yet */
-    int64_t tick;
+    int64_t tick; /* that of `time` is near it, if it is none yet */
 } ll_drawn_tick;
+
+void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *client, const ll_truth *truth,
+                             ll_time now);
 
 /* At the same display: what it shows of `self`, the player that these metrics belong to. `last`: the tick
  * looked up last in this display. */

@@ -10,8 +10,12 @@ typedef struct ll_running_stats {
 
 static inline void ll_running_stats_add(ll_running_stats *g, double value)
 {
-    g->min = g->count == 0 || value < g->min ? value : g->min;
-    g->max = g->count == 0 || value > g->max ? value : g->max;
+    if (g->count == 0)
+        g->min = g->max = value;
+    if (value < g->min)
+        g->min = value;
+    if (value > g->max)
+        g->max = value;
     g->sum += value;
     g->count++;
 }

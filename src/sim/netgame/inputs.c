@@ -13,7 +13,7 @@ static double per_second(int64_t count, double seconds)
 /* ---- results of inputs ---- */
 
 #define RESULTS(X)                                                                                           \
-    X(count, made, NULL, input_history->made, "inputs that the client made", NULL)                           \
+    X(count, made, NULL, ll_input_history_made_count(input_history), "inputs that the client made", NULL)    \
     X(count, open, NULL, input_history->count[LL_INPUT_IS_OPEN], "inputs without a result yet", NULL)        \
     X(count, applied, NULL, input_history->count[LL_INPUT_WAS_APPLIED],                                      \
       "inputs that the server applied in the step that they were for", NULL)                                 \

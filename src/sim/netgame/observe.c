@@ -89,7 +89,7 @@ void ll_netgame_observe_step(ll_netgame_run *run)
                               .history = run->history,
                               .step = run->server->step,
                               .acked = seat->slot->inputs.acked,
-                              .unsent_from = unsent_from(seat),
+                              .unsent_from = run->sync->applies_on_arrival ? unsent_from(seat) : 0,
                               .applies_on_arrival = run->sync->applies_on_arrival};
         ll_client_metrics_stepped(seat->metrics, i, &stepped, run->game->now);
     }
@@ -114,17 +114,35 @@ void ll_netgame_compare_views(ll_netgame_run *run, ll_time elapsed)
         ll_client_metrics_between(client_metrics, clients, run->players, run->game->now, elapsed);
 }
 
-/* The input that an honest client would have sent in this tick. */
+/* A client's tick: it may have changed its controls; and the input that an honest client would have sent. */
 void ll_netgame_watch_tick(ll_netgame_run *run, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
+    if (!(run->observes & (LL_OBSERVE_GAIN | LL_OBSERVE_INPUTS)))
+        return;
     ll_time due = run->game->now + seat->up_plan.delay;
+    run->waiting |= (uint64_t)ll_changes_waiting(&seat->metrics->changes) << player;
     if (!(run->observes & LL_OBSERVE_GAIN))
         return;
     if (ll_cheat_minds(&seat->setup))
         ll_honest_frame(&seat->metrics->honest, seat->client->inputs.tick, due);
     else
         ll_honest_frame_once(&seat->metrics->honest, seat->client->inputs.tick, due);
+}
+
+/* What a display of `player` shows of the others' changes of controls. */
+static void observe_seen(ll_netgame_run *run, int player, const ll_truth *truth)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    ll_drawn_tick last = {LL_NEVER, seat->metrics->drawn_tick};
+    for (uint64_t left = run->waiting & ~(UINT64_C(1) << player); left != 0; left &= left - 1) {
+        const int i = __builtin_ctzll(left);
+        ll_client_metrics *in = run->seat[i].metrics;
+        if (ll_changes_waiting(&in->changes))
+            ll_client_metrics_seen(in, i, seat->client, truth, &last, run->game->now);
+        else
+            run->waiting &= ~(UINT64_C(1) << i);
+    }
 }
 
 /* A display of `player`: compares its view with the truth, and records which changes of the others' controls
@@ -137,21 +155,18 @@ void ll_netgame_observe_display(ll_netgame_run *run, int player)
         ll_client_metrics_drawn(seat->metrics, seat->client->displays.elapsed, now);
         return;
     }
+    const double device_ms = seat->setup.config->display_device_ms;
     const ll_truth truth = {.world = run->world,
                             .history = run->history,
-                            .device = ll_ms(seat->setup.config->display_device_ms),
+                            .device = device_ms != 0 ? ll_ms(device_ms) : 0,
                             .acked = seat->slot->inputs.acked,
                             .nearness = seat->nearness,
                             .known = seat->setup.recent ? seat->setup.recent->known : NULL,
                             .applies_on_arrival = run->sync->applies_on_arrival,
                             .peers = run->sync->observe != NULL};
     ll_client_metrics_frame(seat->metrics, seat->client, &truth, now);
-    if (!(run->observes & LL_OBSERVE_INPUTS) || player >= LL_CHANGE_VIEWERS)
-        return;
-    ll_drawn_tick last = {LL_NEVER, 0};
-    for (int i = 0; i < run->players; i++)
-        if (i != player && ll_changes_waiting(&run->seat[i].metrics->changes))
-            ll_client_metrics_seen(run->seat[i].metrics, i, seat->client, &truth, &last, now);
+    if ((run->observes & LL_OBSERVE_INPUTS) && player < LL_CHANGE_VIEWERS)
+        observe_seen(run, player, &truth);
 }
 
 /* ---- detection of cheats by the server ---- */

@@ -55,6 +55,7 @@ typedef struct ll_netgame_run {
     void (*server_gets)(struct ll_netgame_run *run, int player, const void *packet);
     void (*client_gets)(struct ll_netgame_run *run, int player, const void *packet, int bytes);
     uint32_t observes; /* bits of ll_observation */
+    uint64_t waiting; /* a bit per player: it may have changes of controls that a display has not shown yet */
     ll_netgame_seat seat[LL_PLAYERS_MAX];
     _Alignas(8) char received[LL_NETGAME_PACKET_MAX];
     _Alignas(8) char composed[LL_NETGAME_PACKET_MAX];

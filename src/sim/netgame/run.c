@@ -559,6 +559,7 @@ static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, 
     run->server_gets = ll_netgame_server_gets;
     run->client_gets = ll_netgame_client_gets;
     run->observes = ll_netgame_client_metrics(g, 0)->observes;
+    run->waiting = ~UINT64_C(0) >> (64 - run->players);
     for (int i = 0; i < run->players; i++)
         take_seat(run, i);
 }

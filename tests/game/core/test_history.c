@@ -54,6 +54,10 @@ static void the_past_is_found_as_by_a_linear_search(void **state)
             int j = i < n ? i + 1 : i;
             ll_history_at(history, ll_history_find(history, t), 1, &gx, &gy);
             assert_true(near(gx, x[i] + s * (x[j] - x[i])) && near(gy, y[i] + s * (y[j] - y[i])));
+            const ll_moment found = ll_history_find(history, t),
+                            again = ll_history_find_near(history, t, i + q * 7 - 70);
+            assert_true(again.before == found.before && again.after == found.after &&
+                        again.share == found.share);
         }
     }
     double gx, gy;

@@ -130,7 +130,8 @@ static void a_new_epoch_discards_open_inputs(void **state)
     ll_changes_decide(&d->changes, d->latency, &d->input_history);
     ll_input_history_resync(&d->input_history);
     ll_changes_resync(&d->changes);
-    assert_true(d->input_history.made == 2 && d->input_history.count[LL_INPUT_WAS_LOST] == 1);
+    assert_true(ll_input_history_made_count(&d->input_history) == 2 &&
+                d->input_history.count[LL_INPUT_WAS_LOST] == 1);
     make(d, 1, 2, 0, 0, 20); /* neutral: no change */
     make(d, 2, 3, -1, 0, 30);
     assert_int_equal(d->changes.made, 3);

@@ -243,7 +243,7 @@ static void steps_back_are_reversals(void **state)
                                 {0, 1}, {0, 3}, {1, 2}, {2, 3}, {0, 3}};
     ll_smoothness s = {0};
     for (int i = 0; i < 10; i++)
-        ll_smoothness_add(&s, &(ll_entity){.x = places[i][0], .y = places[i][1]}, i, 0, 1);
+        ll_smoothness_add(&s, &(ll_entity){.x = places[i][0], .y = places[i][1]}, (double[]){i, 0}, 1);
     assert_int_equal(s.reversals, 2); /* (0, 2) to (1, -1), and (1, 1) to (-2, 0) */
 }
 
@@ -257,7 +257,8 @@ static void animation_errs_by_the_step_beyond_the_speed(void **state)
     ll_smoothness s = {0};
     for (int i = 0; i < 5; i++)
         assert_true(
-            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, i, 0, 0.5), off[i]));
+            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, (double[]){i, 0}, 0.5),
+                 off[i]));
 }
 
 /* More than two still displays in a row while the truth moves are one hitch, of any length. */
@@ -269,7 +270,7 @@ static void long_stills_are_hitches(void **state)
     const int hitches[] = {0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     ll_smoothness s = {0};
     for (int i = 0; i < 16; i++) {
-        ll_smoothness_add(&s, &(ll_entity){.x = x[i]}, truth[i], 0, 0.1);
+        ll_smoothness_add(&s, &(ll_entity){.x = x[i]}, (double[]){truth[i], 0}, 0.1);
         assert_int_equal(s.hitches, hitches[i]);
     }
 }
