@@ -1,6 +1,7 @@
 // When the page is drawn again although no frame came, and how often what is read, not watched, is shown: texts, tables, curves.
 
-export const redraw = { wanted: true };
+/** wake: has the page drawn at the next display refresh; the loop sets it. */
+export const redraw = { wanted: true, wake: () => {} };
 
 const BEAT_MS = 100,
   /** What a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from. */
@@ -11,8 +12,15 @@ let beats = 0,
   begun = -Infinity,
   frames = 0;
 
+const SCRIPT_MS = 4 /* of a frame, which the browser paints for about as long: a third of a slow machine's frame is left to it */,
+  IDLE_MS = 0.5;
+let from = 0 /* of this frame, ms */,
+  taken = false; /* whether a panel has had its turn in it */
+
 /** A frame is about to be drawn. @param {number} now ms */
 export function beat(now) {
+  from = now;
+  taken = false;
   frames++;
   const since = now - begun;
   if (since < BEAT_MS || (frames < BEAT_FRAMES && since < LONGEST_MS)) return;
@@ -37,6 +45,32 @@ export function paced(ms) {
   };
 }
 
+/** A panel next to what is watched. It is drawn in each frame in which the script has time left for it, as fast machines have; else only
+ * when it has waited long, and then one such panel a frame, so that what is watched keeps its rate. The only drawing of a frame is watched.
+ * @param {number} least ms between two drawings @param {number} most ms that it waits where there is no time
+ * @returns {(settled: boolean, draw: () => void) => boolean} whether it was drawn */
+export function panel(least, most) {
+  let cost = 0,
+    hurried = -1,
+    shown = -Infinity;
+  return (settled, draw) => {
+    const now = performance.now(),
+      since = now - shown;
+    if (!settled && hurries === hurried) {
+      if (since < least) return false;
+      if (now - from > IDLE_MS && now - from + cost > SCRIPT_MS) {
+        if (taken || since < most) return false;
+        taken = true;
+      }
+    }
+    draw();
+    cost = performance.now() - now;
+    hurried = hurries;
+    shown = now;
+    return true;
+  };
+}
+
 /** All of it is shown in the next frame. */
 export function hurry() {
   hurries++;
@@ -46,4 +80,5 @@ export function hurry() {
 /** Draw again. */
 export function touch() {
   redraw.wanted = true;
+  redraw.wake();
 }

@@ -1,8 +1,9 @@
-// The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
+// The drawing: at the display refresh after a frame came, it is drawn and acknowledged. While none comes the page asks for no refresh,
+// which costs the browser time although nothing changes.
 import { PLAYING } from '../stream/frame.js';
 import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
-import { counts, drawn, takeNewest } from '../session/session.js';
+import { counts, drawn, takeNewest, whenFrame } from '../session/session.js';
 import { frame } from '../session/state.js';
 import { beat, paced, redraw, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
@@ -40,18 +41,15 @@ function draw() {
   if (costs.length > 600) costs.splice(0, 300);
 }
 
-function tick() {
-  draw();
-  ask();
-}
-
 function ask() {
   if (asked) return;
   asked = true;
-  requestAnimationFrame(tick);
+  requestAnimationFrame(draw);
 }
 
 export function listen() {
+  redraw.wake = ask;
+  whenFrame(ask);
   addEventListener('resize', touch);
   new ResizeObserver(touch).observe(document.documentElement);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);
