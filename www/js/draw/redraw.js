@@ -1,7 +1,8 @@
 // When the page is drawn again although no frame came, and how often what is read, not watched, is shown: texts, tables, curves.
 
-/** wake: has the page drawn at the next display refresh; the loop sets it. */
-export const redraw = { wanted: true, wake: () => {} };
+/** wake: has the page drawn at the next display refresh; the loop sets it. opening: the first frame is drawn, with nothing but what is
+ * watched; the rest follows in the next. */
+export const redraw = { wanted: true, opening: false, wake: () => {} };
 
 const BEAT_MS = 100,
   /** What a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from. */
@@ -37,6 +38,7 @@ export function paced(ms) {
     hurried = -1,
     shown = -Infinity;
   return (settled) => {
+    if (redraw.opening) return false;
     if (!settled && hurries === hurried && (beats === last || begun - shown < ms - BEAT_MS / 2)) return false;
     last = beats;
     hurried = hurries;
@@ -54,6 +56,7 @@ export function panel(least, most) {
     hurried = -1,
     shown = -Infinity;
   return (settled, draw) => {
+    if (redraw.opening) return false;
     const now = performance.now(),
       since = now - shown;
     if (!settled && hurries === hurried) {

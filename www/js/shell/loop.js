@@ -25,6 +25,7 @@ function draw() {
   if (now === null || (next === null && !redraw.wanted)) return;
   const from = performance.now();
   redraw.wanted = false;
+  redraw.opening = next !== null && counts.drawn === 0;
   beat(from);
   if (next) frame.value = next;
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
@@ -33,9 +34,13 @@ function draw() {
   if (clock(settled)) showTime(now);
   showReplay(now);
   if (next) {
-    if (counts.drawn === 0) performance.mark('laglab-first-frame');
+    if (redraw.opening) performance.mark('laglab-first-frame');
     drawn(next.seq);
     reread(next.session.params_version);
+  }
+  if (redraw.opening) {
+    redraw.opening = false;
+    touch();
   }
   costs.push(performance.now() - from);
   if (costs.length > 600) costs.splice(0, 300);
