@@ -14,14 +14,17 @@ let beats = 0,
   frames = 0;
 
 const SCRIPT_MS = 4 /* of a frame, which the browser paints for about as long: a third of a slow machine's frame is left to it */,
-  IDLE_MS = 0.5;
+  IDLE_MS = 0.5,
+  APART = 3; /* frames */
 let from = 0 /* of this frame, ms */,
-  taken = false; /* whether a panel has had its turn in it */
+  taken = false /* whether a panel has had its turn in it */,
+  count = 0; /* of frames */
 
 /** A frame is about to be drawn. @param {number} now ms */
 export function beat(now) {
   from = now;
   taken = false;
+  count++;
   frames++;
   const since = now - begun;
   if (since < BEAT_MS || (frames < BEAT_FRAMES && since < LONGEST_MS)) return;
@@ -48,13 +51,15 @@ export function paced(ms) {
 }
 
 /** A panel next to what is watched. It is drawn in each frame in which the script has time left for it, as fast machines have; else only
- * when it has waited long, and then one such panel a frame, so that what is watched keeps its rate. The only drawing of a frame is watched.
+ * when it has waited long, and then one such panel a frame and each in one of three frames, so that what is watched keeps its rate. The
+ * only drawing of a frame is watched.
  * @param {number} least ms between two drawings @param {number} most ms that it waits where there is no time
  * @returns {(settled: boolean, draw: () => void) => boolean} whether it was drawn */
 export function panel(least, most) {
   let cost = 0,
     hurried = -1,
-    shown = -Infinity;
+    shown = -Infinity,
+    last = -Infinity;
   return (settled, draw) => {
     if (redraw.opening) return false;
     const now = performance.now(),
@@ -62,7 +67,7 @@ export function panel(least, most) {
     if (!settled && hurries === hurried) {
       if (since < least) return false;
       if (now - from > IDLE_MS && now - from + cost > SCRIPT_MS) {
-        if (taken || since < most) return false;
+        if (taken || since < most || count - last < APART) return false;
         taken = true;
       }
     }
@@ -70,6 +75,7 @@ export function panel(least, most) {
     cost = performance.now() - now;
     hurried = hurries;
     shown = now;
+    last = count;
     return true;
   };
 }

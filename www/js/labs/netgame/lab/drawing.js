@@ -215,7 +215,7 @@ const lower = panel(0, 100),
 
 /** @param {Frame} now @param {boolean} settled @param {boolean} name */
 export function draw(now, settled, name) {
-  for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
+  for (const canvas of document.getElementsByTagName('canvas')) if (canvas.dataset.view !== undefined) drawView(canvas, now, name);
   const texts = facts(settled);
   lower(settled || name, () => drawMessages(now, name));
   if (packetView.value) packet(settled, () => packetView.value?.draw(now));

@@ -212,12 +212,11 @@ export function showSide(frame, settled) {
   if (!numbers(settled)) return;
   showMeets(frame);
   const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
-  for (const row of rows()) {
-    for (let p = 0; p < players; p++) {
-      const cell = document.querySelector(`[data-now="${row.id}/${p}"]`);
-      const view = frame.views[1 + p];
-      const text = view && row.of(view, p, lately[p] ?? NOTHING);
-      if (cell && text !== undefined && cell.textContent !== text) cell.textContent = text;
-    }
+  const known = new Map(rows().map((row) => [row.id, row]));
+  for (const cell of document.querySelectorAll('td[data-now]')) {
+    const [id = '', p = 0] = (cell.getAttribute('data-now') ?? '').split('/'),
+      view = frame.views[1 + Number(p)];
+    const text = view && known.get(id)?.of(view, Number(p), lately[Number(p)] ?? NOTHING);
+    if (text !== undefined && cell.textContent !== text) cell.textContent = text;
   }
 }
