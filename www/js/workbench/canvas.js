@@ -26,7 +26,8 @@ const LEAST_MS = 90,
 /** By the canvas. @type {Map<string, ReturnType<typeof panel>>} */
 const turns = new Map();
 
-/** The same of a plot, in its turn. @param {string} id @param {boolean} settled no frame follows soon @param {(surface: Surface) => void} draw */
+/** The same of a plot, in its turn. @param {string} id @param {boolean} settled no frame follows soon
+ * @param {(surface: Surface) => void} draw */
 export function inTurn(id, settled, draw) {
   const turn = turns.get(id) ?? panel(LEAST_MS, MOST_MS);
   turns.set(id, turn);

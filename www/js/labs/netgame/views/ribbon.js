@@ -33,7 +33,8 @@ function inRoom(keys, values, fits) {
 }
 
 /** Equal cells side by side, as one image: most frames have as many as the one before.
- * @param {CanvasRenderingContext2D} to @param {string} key @param {{left: number, middle: number, n: number, cell: number, height: number}} at
+ * @param {CanvasRenderingContext2D} to @param {string} key
+ * @param {{left: number, middle: number, n: number, cell: number, height: number}} at
  * @param {(pen: CanvasRenderingContext2D, x: number) => void} draw one of them, from x on, around the level 0 */
 function cells(to, key, { left, middle, n, cell, height }, draw) {
   if (n <= 0) return;
