@@ -5,7 +5,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, dialogOf, frameOf, launch, pictures, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import { SIZES, dialogOf, frameOf, launch, pause, pictures, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -254,6 +254,41 @@ test('drawing a frame costs little', async () => {
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
   assert.ok(costs.length > 50);
   assert.ok(costs[Math.floor(costs.length * 0.5)] < 8, `median ${costs[Math.floor(costs.length * 0.5)]} ms`);
+  await close();
+});
+
+test('where the views take long, messages are drawn in one of three frames; in a pause all is drawn, and then nothing', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
+  await page.evaluate(() => {
+    const own = CanvasRenderingContext2D.prototype.clearRect,
+      times = { view: 0, lane: 0, asked: 0, ms: 3 };
+    CanvasRenderingContext2D.prototype.clearRect = function (x, y, w, h) {
+      own.call(this, x, y, w, h);
+      if (this.canvas.id === 'lane') times.lane++;
+      if (this.canvas.dataset.view === undefined) return;
+      if (this.canvas.dataset.view === '0') times.view++;
+      for (const end = performance.now() + times.ms; performance.now() < end; );
+    };
+    const ask = globalThis.requestAnimationFrame;
+    globalThis.requestAnimationFrame = (act) => {
+      times.asked++;
+      return ask(act);
+    };
+    globalThis.times = times;
+  });
+  const times = () => page.evaluate(() => ({ ...globalThis.times }));
+  await until(async () => (await times()).view >= 60, 'sixty frames', 60000);
+  const slow = await times();
+  assert.ok(slow.lane > 0 && slow.lane <= slow.view / 3 + 5, `${slow.lane} of ${slow.view}`);
+
+  await pause(page);
+  await page.waitForTimeout(500);
+  const end = await times();
+  assert.ok(end.lane > slow.lane, 'the messages of the last frame are drawn');
+  await page.waitForTimeout(500);
+  const later = await times();
+  assert.equal(later.view, end.view);
+  assert.ok(later.asked <= end.asked + 2, `${later.asked - end.asked} refreshes asked for while nothing changes`);
   await close();
 });
 

@@ -17,6 +17,8 @@ const KEPT = 'laglab.language';
 /** For who translates: `stringTest=double` shows each text twice, and so on (www/js/base/string_test.js). */
 const TRIED = new URLSearchParams(location.search).get('stringTest');
 const PLACEHOLDER = /\{([^{}]*)\}/;
+/** A number that is written as it stands, without a format, whose making takes as long as a view of the first frame. */
+const PLAIN = /^\d{1,15}(?:\.(\d+))?$/;
 
 /** @param {string | null | undefined} name such as de-AT @returns {Language | undefined} */
 const known = (name) => LANGUAGES.find((one) => one === name?.slice(0, 2).toLowerCase());
@@ -111,7 +113,12 @@ function formatOf(least, most) {
 }
 
 /** A number in a sentence. @param {number} value @param {number} least @param {number} most digits after the point @returns {string} */
-export const digits = (value, least, most) => formatOf(least, most).format(value).replace('-', '−');
+export function digits(value, least, most) {
+  const plain = PLAIN.exec(String(value)),
+    after = plain?.[1]?.length ?? 0;
+  if (plain && after >= least && after <= most) return after > 0 ? plain[0].replace('.', decimalPoint.value) : plain[0];
+  return formatOf(least, most).format(value).replace('-', '−');
+}
 
 /** @typedef {Record<string, unknown>} Values */
 
@@ -121,21 +128,33 @@ function textOf(key, values) {
   return typeof found === 'string' ? found : (found[plural.value.select(Number(values.n))] ?? found.other ?? '');
 }
 
+/** Texts in their pieces, of which every second is the name of a value. @type {Map<string, string[]>} */
+const divided = new Map();
+
+/** @param {string} text @returns {string[]} */
+function piecesOf(text) {
+  const known = divided.get(text);
+  if (known) return known;
+  const pieces = text.split(PLACEHOLDER);
+  divided.set(text, pieces);
+  return pieces;
+}
+
+/** @param {unknown} value */
+const written = (value) => (typeof value === 'number' ? digits(value, 0, 3) : (value ?? ''));
+
 /** Words by their key, with values in their places; empty while they are not read. With a number `n` in the right form of the plural.
  * @param {string} key @param {Values} [values] @returns {string} */
 export function t(key, values = {}) {
-  return rich(key, values).join('');
+  const pieces = piecesOf(textOf(key, values));
+  let text = pieces[0] ?? '';
+  for (let i = 1; i < pieces.length; i += 2) text += `${written(values[pieces[i] ?? ''])}${pieces[i + 1] ?? ''}`;
+  return text;
 }
 
 /** The same with templates among the values: a list to render. @param {string} key @param {Values} values @returns {unknown[]} */
 export function rich(key, values) {
-  return textOf(key, values)
-    .split(PLACEHOLDER)
-    .map((piece, i) => {
-      if (i % 2 === 0) return piece;
-      const value = values[piece];
-      return typeof value === 'number' ? digits(value, 0, 3) : (value ?? '');
-    });
+  return piecesOf(textOf(key, values)).map((piece, i) => (i % 2 === 0 ? piece : written(values[piece])));
 }
 
 /** A place of the paper: its figures in the page's language, its sections by their titles. @param {string} paper

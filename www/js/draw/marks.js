@@ -87,6 +87,8 @@ export function drawGhost(to, colours, player, x, y, size) {
 /** Widths by font, of texts that differ in their digits only: those of a font are equally wide. @type {Map<string, Map<string, number>>} */
 const widths = new Map();
 const MOST = 2000;
+/** @type {number[]} */
+const SOLID = [];
 
 /** Lets the browser measure what is new alone, which takes longer than drawing it. @param {Pen} pen @param {Palette} colours
  * @param {string} text @param {boolean} [bold] @returns {number} px */
@@ -111,7 +113,7 @@ export function drawText(pen, colours, text, x, y, more = {}) {
   pen.font = `${more.bold ? '700 ' : ''}${size}px ${colours.font}`;
   pen.textAlign = more.align ?? 'left';
   pen.textBaseline = more.baseline ?? 'middle';
-  pen.setLineDash([]);
+  pen.setLineDash(SOLID);
   pen.lineWidth = Math.max(4, size / 5);
   pen.lineJoin = 'round';
   pen.strokeStyle = colours.paper;

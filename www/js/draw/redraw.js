@@ -1,6 +1,8 @@
 // When the page is drawn again although no frame came, and how often what is read, not watched, is shown: texts, tables, curves.
 
-export const redraw = { wanted: true };
+/** wake: has the page drawn at the next display refresh; the loop sets it. opening: the first frame is drawn, with nothing but what is
+ * watched; the rest follows in the next. */
+export const redraw = { wanted: true, opening: false, wake: () => {} };
 
 const BEAT_MS = 100,
   /** What a text costs the browser, its layout above all, is as much as a frame; a slow page has fewer frames to pay it from. */
@@ -11,8 +13,18 @@ let beats = 0,
   begun = -Infinity,
   frames = 0;
 
+const SCRIPT_MS = 4 /* of a frame, which the browser paints for about as long: a third of a slow machine's frame is left to it */,
+  IDLE_MS = 0.5,
+  APART = 3; /* frames */
+let from = 0 /* of this frame, ms */,
+  taken = false /* whether a panel has had its turn in it */,
+  count = 0; /* of frames */
+
 /** A frame is about to be drawn. @param {number} now ms */
 export function beat(now) {
+  from = now;
+  taken = false;
+  count++;
   frames++;
   const since = now - begun;
   if (since < BEAT_MS || (frames < BEAT_FRAMES && since < LONGEST_MS)) return;
@@ -29,10 +41,41 @@ export function paced(ms) {
     hurried = -1,
     shown = -Infinity;
   return (settled) => {
+    if (redraw.opening) return false;
     if (!settled && hurries === hurried && (beats === last || begun - shown < ms - BEAT_MS / 2)) return false;
     last = beats;
     hurried = hurries;
     shown = begun;
+    return true;
+  };
+}
+
+/** A panel next to what is watched. It is drawn in each frame in which the script has time left for it, as fast machines have; else only
+ * when it has waited long, and then one such panel a frame and each in one of three frames, so that what is watched keeps its rate. The
+ * only drawing of a frame is watched.
+ * @param {number} least ms between two drawings @param {number} most ms that it waits where there is no time
+ * @returns {(settled: boolean, draw: () => void) => boolean} whether it was drawn */
+export function panel(least, most) {
+  let cost = 0,
+    hurried = -1,
+    shown = -Infinity,
+    last = -Infinity;
+  return (settled, draw) => {
+    if (redraw.opening) return false;
+    const now = performance.now(),
+      since = now - shown;
+    if (!settled && hurries === hurried) {
+      if (since < least) return false;
+      if (now - from > IDLE_MS && now - from + cost > SCRIPT_MS) {
+        if (taken || since < most || count - last < APART) return false;
+        taken = true;
+      }
+    }
+    draw();
+    cost = performance.now() - now;
+    hurried = hurries;
+    shown = now;
+    last = count;
     return true;
   };
 }
@@ -46,4 +89,5 @@ export function hurry() {
 /** Draw again. */
 export function touch() {
   redraw.wanted = true;
+  redraw.wake();
 }

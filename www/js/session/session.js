@@ -38,6 +38,7 @@ export const counts = { received: 0, drawn: 0, acked: 0, hellos: 0 };
 let stream = null;
 /** The newest received frame, not yet drawn. @type {Frame | null} */
 let newest = null;
+let arrived = () => {};
 /** The lab that follows the present stream. @type {Lab | null} */
 let following = null;
 
@@ -207,6 +208,7 @@ export function show(id, key, own, line, gone) {
         counts.received++;
         following?.take?.(next);
         newest = next;
+        arrived();
         if (next.flags & FAILED && failure.value === '') why(id);
       },
       state(state, attempt) {
@@ -246,6 +248,11 @@ async function why(id) {
   } catch {
     /* the plain sentence stays */
   }
+}
+
+/** @param {() => void} act when a frame to draw has come */
+export function whenFrame(act) {
+  arrived = act;
 }
 
 /** The next frame to draw: the newest, once. */

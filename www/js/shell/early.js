@@ -1,5 +1,5 @@
 // The first thing that runs: a session, or what lessons need, is asked for while the rest of the page is read.
-import '../base/words.js';
+import { need } from '../base/words.js';
 import { begin, link } from '../session/opening.js';
 import { LABS } from './labs.js';
 
@@ -11,3 +11,4 @@ export const begun = begin(
   LABS.flatMap(({ tabs }) => tabs),
   Object.assign({}, ...LABS.map(({ slow }) => slow)),
 );
+if (begun) need('netgame'); /* of the first lab, which is shown until the session's kind is known */

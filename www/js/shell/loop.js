@@ -1,8 +1,9 @@
-// The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
+// The drawing: at the display refresh after a frame came, it is drawn and acknowledged. While none comes the page asks for no refresh,
+// which costs the browser time although nothing changes.
 import { PLAYING } from '../stream/frame.js';
 import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
-import { counts, drawn, takeNewest } from '../session/session.js';
+import { counts, drawn, takeNewest, whenFrame } from '../session/session.js';
 import { frame } from '../session/state.js';
 import { beat, paced, redraw, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
@@ -24,6 +25,7 @@ function draw() {
   if (now === null || (next === null && !redraw.wanted)) return;
   const from = performance.now();
   redraw.wanted = false;
+  redraw.opening = next !== null && counts.drawn === 0;
   beat(from);
   if (next) frame.value = next;
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
@@ -32,26 +34,27 @@ function draw() {
   if (clock(settled)) showTime(now);
   showReplay(now);
   if (next) {
-    if (counts.drawn === 0) performance.mark('laglab-first-frame');
+    if (redraw.opening) performance.mark('laglab-first-frame');
     drawn(next.seq);
     reread(next.session.params_version);
+  }
+  if (redraw.opening) {
+    redraw.opening = false;
+    touch();
   }
   costs.push(performance.now() - from);
   if (costs.length > 600) costs.splice(0, 300);
 }
 
-function tick() {
-  draw();
-  ask();
-}
-
 function ask() {
   if (asked) return;
   asked = true;
-  requestAnimationFrame(tick);
+  requestAnimationFrame(draw);
 }
 
 export function listen() {
+  redraw.wake = ask;
+  whenFrame(ask);
   addEventListener('resize', touch);
   new ResizeObserver(touch).observe(document.documentElement);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);

@@ -1,5 +1,6 @@
 // Canvases of a lab, by their ids.
 import { html } from '../../vendor/lit-html.js';
+import { panel } from '../draw/redraw.js';
 import { Surface } from '../draw/surface.js';
 
 /** @type {WeakMap<HTMLCanvasElement, Surface>} */
@@ -18,6 +19,19 @@ export function onto(id, draw) {
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (surface.begin()) draw(surface);
+}
+
+const LEAST_MS = 90,
+  MOST_MS = 400; /* between two drawings of a plot, where there is time for it and where there is none */
+/** By the canvas. @type {Map<string, ReturnType<typeof panel>>} */
+const turns = new Map();
+
+/** The same of a plot, in its turn. @param {string} id @param {boolean} settled no frame follows soon
+ * @param {(surface: Surface) => void} draw */
+export function inTurn(id, settled, draw) {
+  const turn = turns.get(id) ?? panel(LEAST_MS, MOST_MS);
+  turns.set(id, turn);
+  turn(settled, () => onto(id, draw));
 }
 
 /** A box with a canvas for a plot. @param {string} id @param {string} name @param {string} [shows] what a lesson highlights there

@@ -13,7 +13,7 @@ import { paced } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
-import { onto, plotBox } from '../../workbench/canvas.js';
+import { inTurn, onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
@@ -234,25 +234,25 @@ function draw(frame, settled, name) {
   );
   if (telling(settled)) {
     showNumbers(frame);
-    onto('plot-value', (s) =>
-      drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: t('workbench.play_to_draw') }),
-    );
-    onto('plot-error', (s) =>
-      drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: t('motion.error'), logY: true, empty: t('motion.no_error') }),
-    );
-    onto('plot-energy', (s) =>
-      drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: t('motion.energy_drift'), empty: t('workbench.play_to_draw') }),
-    );
-    onto('plot-phase', (s) =>
-      drawPlot(s, colours, {
-        lines: lines('value', 'speed', 0),
-        x: shown,
-        y: componentName(at.components[component.value + at.components.length / 2] ?? ''),
-        empty: t('workbench.play_to_draw'),
-      }),
-    );
     drawRefinementSeries(colours);
   }
+  inTurn('plot-value', settled, (s) =>
+    drawPlot(s, colours, { lines: lines('t', 'value', 0), x: 't (s)', y: shown, empty: t('workbench.play_to_draw') }),
+  );
+  inTurn('plot-error', settled, (s) =>
+    drawPlot(s, colours, { lines: lines('t', 'error', 1), x: 't (s)', y: t('motion.error'), logY: true, empty: t('motion.no_error') }),
+  );
+  inTurn('plot-energy', settled, (s) =>
+    drawPlot(s, colours, { lines: lines('t', 'drift', 1), x: 't (s)', y: t('motion.energy_drift'), empty: t('workbench.play_to_draw') }),
+  );
+  inTurn('plot-phase', settled, (s) =>
+    drawPlot(s, colours, {
+      lines: lines('value', 'speed', 0),
+      x: shown,
+      y: componentName(at.components[component.value + at.components.length / 2] ?? ''),
+      empty: t('workbench.play_to_draw'),
+    }),
+  );
   if (name) {
     const list = frame.motion
       .slice(1)

@@ -13,7 +13,7 @@ import { paced, touch } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
-import { onto, plotBox } from '../../workbench/canvas.js';
+import { inTurn, onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
 import { opening } from '../../workbench/opening.js';
@@ -384,33 +384,33 @@ function draw(frame, settled, name) {
   }
   if (telling(settled)) {
     showNumbers(scene);
-    const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
-      record.tracks.map((track, i) => ({
-        xs: track.t,
-        ys: track[what].map((v) => v * scale),
-        name: nameOf(i),
-        colour: paintOf(colours, i).text,
-        dash: paintOf(colours, i).dash,
-      }));
-    onto('plot-energy', (s) =>
-      drawPlot(s, colours, {
-        lines: lines('energy', 1),
-        x: 't (s)',
-        y: t('rigid.energy_axis'),
-        least: 0.01,
-        empty: t('workbench.play_to_draw'),
-      }),
-    );
-    onto('plot-overlap', (s) =>
-      drawPlot(s, colours, {
-        lines: lines('penetration', 1000),
-        x: 't (s)',
-        y: t('rigid.overlap_axis'),
-        least: 0.01,
-        empty: t('workbench.play_to_draw'),
-      }),
-    );
   }
+  const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
+    record.tracks.map((track, i) => ({
+      xs: track.t,
+      ys: track[what].map((v) => v * scale),
+      name: nameOf(i),
+      colour: paintOf(colours, i).text,
+      dash: paintOf(colours, i).dash,
+    }));
+  inTurn('plot-energy', settled, (s) =>
+    drawPlot(s, colours, {
+      lines: lines('energy', 1),
+      x: 't (s)',
+      y: t('rigid.energy_axis'),
+      least: 0.01,
+      empty: t('workbench.play_to_draw'),
+    }),
+  );
+  inTurn('plot-overlap', settled, (s) =>
+    drawPlot(s, colours, {
+      lines: lines('penetration', 1000),
+      x: 't (s)',
+      y: t('rigid.overlap_axis'),
+      least: 0.01,
+      empty: t('workbench.play_to_draw'),
+    }),
+  );
   if (name) scene.worlds.forEach((w, i) => document.getElementById(`world${i}`)?.setAttribute('aria-label', describe(w, i)));
 }
 

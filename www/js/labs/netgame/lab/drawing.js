@@ -6,7 +6,7 @@ import { speak } from '../../../session/announce.js';
 import { frame, params, presented } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
-import { paced, touch } from '../../../draw/redraw.js';
+import { paced, panel, touch } from '../../../draw/redraw.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
 import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
 import { inspector, inspectors } from '../core/inspector.js';
@@ -147,21 +147,30 @@ function drawInspector(surface, now, canvas, name) {
   return true;
 }
 
-/** @param {Frame} now @param {boolean} name @param {boolean} texts whether the texts next to it are written, too */
-function drawMessages(now, name, texts) {
+/** The messages as drawn last. @type {(ReturnType<typeof drawLanes> & {span: string}) | null} */
+let drawnLanes = null;
+
+/** @param {Frame} now @param {boolean} name */
+function drawMessages(now, name) {
+  drawnLanes = null;
   const canvas = document.getElementById('lane');
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
   if (drawInspector(surface, now, canvas, name)) return;
-  const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
-  if (name) canvas.setAttribute('aria-label', t('netgame.lane.last', { span: fixed(windowOf(now), 2), text }));
-  if (!texts) return;
-  const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '',
-    span = fixed(windowOf(now), 2);
+  const span = fixed(windowOf(now), 2);
+  drawnLanes = { ...drawLanes(laneOf(surface, now)), span };
+  if (name) canvas.setAttribute('aria-label', t('netgame.lane.last', { span, text: drawnLanes.text }));
+}
+
+/** Next to the messages. */
+function showMessages() {
   const facts = document.getElementById('lane-facts');
+  if (!facts || !drawnLanes) return;
+  const { inputs, states, lost, text, span } = drawnLanes;
+  const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '';
   const caption = (text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states })) + missing;
-  if (facts && facts.textContent !== caption) facts.textContent = caption;
+  if (facts.textContent !== caption) facts.textContent = caption;
 }
 
 /** @param {Frame} now */
@@ -201,14 +210,17 @@ function showConnectionEvents(now) {
 }
 
 const facts = paced(100); /* words that change with every frame */
+const lower = panel(0, 100),
+  packet = panel(0, 100);
 
 /** @param {Frame} now @param {boolean} settled @param {boolean} name */
 export function draw(now, settled, name) {
-  for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
+  for (const canvas of document.getElementsByTagName('canvas')) if (canvas.dataset.view !== undefined) drawView(canvas, now, name);
   const texts = facts(settled);
-  drawMessages(now, name, texts);
-  packetView.value?.draw(now);
+  lower(settled || name, () => drawMessages(now, name));
+  if (packetView.value) packet(settled, () => packetView.value?.draw(now));
   if (texts) {
+    showMessages();
     showFacts(now);
     watching.value?.tell(now);
   }

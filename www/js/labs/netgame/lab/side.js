@@ -5,7 +5,7 @@ import { INTERPOLATION } from '../core/frame.js';
 import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { rich, t } from '../../../base/words.js';
-import { paced } from '../../../draw/redraw.js';
+import { paced, panel } from '../../../draw/redraw.js';
 import { LATELY_S } from '../core/memory.js';
 import { lesson, locked } from '../../../session/state.js';
 import { aboutScenario } from '../../../workbench/about.js';
@@ -183,7 +183,7 @@ let ChartOf = null;
 /** @type {{error: Chart, buffer: Chart} | null} */
 let charts = null;
 const numbers = paced(200),
-  curves = { error: paced(200), buffer: paced(200) };
+  curves = { error: panel(190, 500), buffer: panel(190, 500) };
 
 /** Curves are plotted from now on: the library loads after the first frame. @param {typeof import('../views/chart.js').Chart} made */
 export function plotBy(made) {
@@ -203,21 +203,20 @@ export function showSide(frame, settled) {
         error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
         buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
       };
+    const { error: errors, buffer: buffers } = charts;
     if (memory.curves.length === players) {
-      const first = curves.error(settled);
-      if (first) charts.error.draw(memory);
-      if ((settled || !first) && curves.buffer(settled)) charts.buffer.draw(memory); /* in turn */
+      const first = curves.error(settled, () => errors.draw(memory));
+      if (settled || !first) curves.buffer(settled, () => buffers.draw(memory)); /* in turn */
     }
   }
   if (!numbers(settled)) return;
   showMeets(frame);
   const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
-  for (const row of rows()) {
-    for (let p = 0; p < players; p++) {
-      const cell = document.querySelector(`[data-now="${row.id}/${p}"]`);
-      const view = frame.views[1 + p];
-      const text = view && row.of(view, p, lately[p] ?? NOTHING);
-      if (cell && text !== undefined && cell.textContent !== text) cell.textContent = text;
-    }
+  const known = new Map(rows().map((row) => [row.id, row]));
+  for (const cell of document.querySelectorAll('td[data-now]')) {
+    const [id = '', p = 0] = (cell.getAttribute('data-now') ?? '').split('/'),
+      view = frame.views[1 + Number(p)];
+    const text = view && known.get(id)?.of(view, Number(p), lately[Number(p)] ?? NOTHING);
+    if (text !== undefined && cell.textContent !== text) cell.textContent = text;
   }
 }

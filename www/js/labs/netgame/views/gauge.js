@@ -7,6 +7,20 @@ import { paintOf } from '../../../draw/palette.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
+/** When the snapshots that have arrived were sent: all since a time, and the last before it. The five seconds that are remembered have
+ * some hundreds. @param {import('../core/memory.js').Met[]} list in the order of time @param {number} now s @param {number} since s
+ * @returns {number[]} */
+function arrivedSince(list, now, since) {
+  const times = [];
+  for (let i = list.length - 1; i >= 0; i--) {
+    const { begin_s: sent, end_s: arrives, fate } = /** @type {import('../core/memory.js').Met} */ (list[i]);
+    if (fate !== 0 || arrives > now) continue;
+    times.push(sent);
+    if (sent < since) break;
+  }
+  return times.reverse();
+}
+
 /** @param {DrawContext} at @param {number} left @param {number} width @param {number} top @param {number} height */
 export function drawGauge(at, left, width, top, height) {
   const view = at.frame.views[at.view];
@@ -20,11 +34,7 @@ export function drawGauge(at, left, width, top, height) {
     drawText(pen, colours, words, left, top + height / 2, { colour: colours.faint });
     return;
   }
-  const arrived = at.memory
-    .of(STATE, player)
-    .filter((event) => event.fate === 0 && event.end_s <= frame.time_s)
-    .map((event) => event.begin_s)
-    .sort((a, b) => a - b);
+  const arrived = arrivedSince(at.memory.of(STATE, player), frame.time_s, 2 * view.render_time_s - frame.time_s - 0.2);
   const newest = arrived[arrived.length - 1] ?? view.render_time_s;
   const span = Math.max(0.2, (frame.time_s - view.render_time_s) * 1.4, (newest - view.render_time_s) * 2);
   const start = frame.time_s - span;

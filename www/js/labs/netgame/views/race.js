@@ -143,11 +143,12 @@ export function drawRace(at) {
       }
       if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }), size);
     }
-    pen.globalAlpha = isAway(car) ? FADED : 1;
+    const away = isAway(car);
+    if (away) pen.globalAlpha = FADED;
     if (hasCar(i)) drawCar(pen, colours, i, x, y, size);
     else drawMark(pen, colours, i, x, y, size);
-    pen.globalAlpha = 1;
-    if (isAway(car)) labels.put(t('netgame.away'), x - half, x + half, y, size, { colour: colours.snap, bold: true });
+    if (away) pen.globalAlpha = 1;
+    if (away) labels.put(t('netgame.away'), x - half, x + half, y, size, { colour: colours.snap, bold: true });
     if (at.view === 0) {
       later.push(() =>
         labels.put(standing(at, i), x - half, x + half, y, size, {

@@ -1,6 +1,7 @@
 // Under a player's view: one cell per input, filled until the server has acknowledged it.
 import { INPUT } from '../core/frame.js';
 import { cross, drawText, widthOf } from '../../../draw/marks.js';
+import { stamp } from '../../../draw/sprites.js';
 import { fixed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { t } from '../../../base/words.js';
@@ -31,6 +32,19 @@ function inRoom(keys, values, fits) {
   return text;
 }
 
+/** Equal cells side by side, as one image: most frames have as many as the one before.
+ * @param {CanvasRenderingContext2D} to @param {string} key
+ * @param {{left: number, middle: number, n: number, cell: number, height: number}} at
+ * @param {(pen: CanvasRenderingContext2D, x: number) => void} draw one of them, from x on, around the level 0 */
+function cells(to, key, { left, middle, n, cell, height }, draw) {
+  if (n <= 0) return;
+  const centre = Math.round(left + (n * cell) / 2),
+    start = left - centre;
+  stamp(to, `${key} ${n} ${cell} ${height} ${start}`, centre, middle, (n * cell) / 2 + 1, height / 2, (pen) => {
+    for (let i = 0; i < n; i++) draw(pen, start + i * cell);
+  });
+}
+
 /** @param {DrawContext} at @param {number} left @param {number} width @param {number} top @param {number} height */
 export function drawRibbon(at, left, width, top, height) {
   const player = at.view - 1;
@@ -49,16 +63,21 @@ export function drawRibbon(at, left, width, top, height) {
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));
   const cell = Math.min(9, room / count);
   const refused = at.memory.refused[player];
-  pen.lineWidth = 1;
+  const first = view.input_seq - count + 1,
+    from = Math.max(0, -first),
+    open = Math.max(from, Math.min(count, view.acked_seq + 1 - first)); /* the first cell that is not acknowledged */
+  const middle = top + height / 2;
+  cells(pen, 'acked', { left: left + from * cell, middle, n: open - from, cell, height }, (on, x) => {
+    on.lineWidth = 1;
+    on.setLineDash([]);
+    on.strokeStyle = colours.edge;
+    on.strokeRect(x + 0.5, 4.5 - height / 2, Math.max(1, cell - 2.5), height - 9);
+  });
+  cells(pen, `open ${player}`, { left: left + open * cell, middle, n: count - open, cell, height }, (on, x) => {
+    on.fillStyle = paintOf(colours, player).fill;
+    on.fillRect(x, 2 - height / 2, cell - 1.5, height - 4);
+  });
   pen.setLineDash([]);
-  pen.strokeStyle = colours.edge;
-  pen.fillStyle = paintOf(colours, player).fill;
-  const first = view.input_seq - count + 1;
-  for (let i = Math.max(0, -first); i < count; i++) {
-    const x = left + i * cell;
-    if (first + i > view.acked_seq) pen.fillRect(x, top + 2, cell - 1.5, height - 4);
-    else pen.strokeRect(x + 0.5, top + 4.5, Math.max(1, cell - 2.5), height - 9);
-  }
   pen.strokeStyle = colours.snap;
   pen.lineWidth = 2;
   for (const seq of refused ?? []) {
