@@ -164,13 +164,20 @@ static void slide(ll_link *l, entry *queue)
     l->first = 0;
 }
 
-static inline void enqueue(ll_link *l, entry e)
+/* The queue has more places than there are slots: most messages find one without this. */
+static __attribute__((noinline)) void make_place(ll_link *l, entry *queue)
 {
-    entry *queue = queue_of(l);
     const int32_t capacity = queue_capacity(l->slots);
     if (l->end == capacity)
         slide(l, queue);
     LL_ASSERT(l->end < capacity); /* sliding has made room */
+}
+
+static inline void enqueue(ll_link *l, entry e)
+{
+    entry *queue = queue_of(l);
+    if (l->end >= l->slots)
+        make_place(l, queue);
     int32_t place = l->end;
     if (place > l->first && queue[place - 1].due > e.due)
         place = open_place(l, queue, e.due);
@@ -208,15 +215,23 @@ static void pack(ll_link *l)
     l->top = top;
 }
 
-/* The limits were checked: after packing there is room. */
-static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
+/* The limits were checked: after packing there is room. The store is longer than the arena: most messages find
+ * room without this. */
+static __attribute__((noinline)) void make_room(ll_link *l, int32_t stride)
 {
-    const int32_t stride = stride_of(size), capacity = store_capacity(l->slots, l->arena);
+    const int32_t capacity = store_capacity(l->slots, l->arena);
     if (l->top + stride > capacity)
         pack(l);
+    LL_ASSERT(l->top + stride <= capacity);
+}
+
+static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
+{
+    const int32_t stride = stride_of(size);
+    if (l->top + stride > l->arena)
+        make_room(l, stride);
     int32_t at = l->top;
     parcel *p = parcel_at(l, at);
-    LL_ASSERT(at + stride <= capacity);
     *p = (parcel){.size = size, .number = (uint32_t)number};
     if (size > 0)
         memcpy(p + 1, bytes, (size_t)size);

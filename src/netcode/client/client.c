@@ -47,6 +47,18 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     memcpy(ll_client_rendered(c), start, (size_t)c->layout.world_size);
 }
 
+bool ll_client_is_usual(const ll_client_setup *s)
+{
+    const ll_sync_mode *sync = s->sync;
+    const ll_player_config *config = s->config;
+    return sync->tick == ll_client_tick && sync->display == ll_client_display && !sync->applies_on_arrival &&
+           sync->press_s == 0 && !sync->waits && !sync->answers && sync->sends_idle && !sync->observe &&
+           config->control == LL_CONTROL_SCRIPT && config->cheat == LL_CHEAT_NONE && config->send_hz == 0 &&
+           config->timer_jitter_ms == 0 && config->drift_ppm == 0 &&
+           (s->rules->timeout_s == 0 || s->rules->timeout_s >= LL_NOTICE / 1e9) && s->memo &&
+           !s->weapon_prediction && !s->reckoning && !s->reporter && !s->recent && !s->selects;
+}
+
 #define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
 
 /* Delay of the machine's ticks relative to a clock that starts now. */
@@ -167,16 +179,25 @@ static bool predicts_others(const ll_client *c)
     return memcmp(&alone, &c->prediction.entities, sizeof alone) != 0;
 }
 
-static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
+/* Whether the own entity is drawn as predicted, and not by what the server says. */
+static bool predicts_own(const ll_client *c, const ll_client_setup *s)
+{
+    return s->config->prediction && ll_entity_set_has(&c->prediction.entities, c->self);
+}
+
+static __attribute__((always_inline)) inline void draw(ll_client *c, const ll_client_setup *s, ll_time now, const bool usual)
 {
     const ll_world *latest = ll_client_latest(c);
     ll_world *shown = ll_client_rendered(c);
     ll_draw_info *marks = ll_client_draw_infos(c);
-    bool by_time = draws_by_time(c, s);
-    int first = by_time ? c->self : 0, end = by_time ? c->self + 1 : latest->entities;
-    for (int i = first; i < end; i++) {
+    const bool by_time = draws_by_time(c, s);
+    for (int i = 0; i < latest->entities && !by_time; i++) {
         shown->entity[i] = latest->entity[i];
         marks[i] = (ll_draw_info){.time = c->latest.time};
+    }
+    if (by_time && !(usual && predicts_own(c, s))) {
+        shown->entity[c->self] = latest->entity[c->self];
+        marks[c->self] = (ll_draw_info){.time = c->latest.time};
     }
     memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
     if (by_time) {
@@ -189,11 +210,11 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         c->drawing.alpha = c->drawing.time_scale = 1;
         c->drawing.buffer_ms = 0;
     }
-    if (s->reckoning && c->snapshots.received > 0)
+    if (!usual && s->reckoning && c->snapshots.received > 0)
         draw_reckoned(c, s, now);
     if (s->config->prediction)
         ll_draw_predicted(c, now);
-    if (s->recent && s->config->prediction && predicts_others(c))
+    if (!usual && s->recent && s->config->prediction && predicts_others(c))
         s->recent->drawn = s->recent->shows = 0;
     ll_smooth_draw(c, s, now);
     int other = c->self == 0;
@@ -218,13 +239,20 @@ void ll_client_apply_newest(ll_client *c, const ll_client_setup *s, ll_time now)
         apply(c, s, predicting, now);
 }
 
+void ll_client_usual_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
+    ll_client_apply_newest(c, s, now);
+    draw(c, s, now, true);
+}
+
 void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_client_begin_display(c, now);
     ll_client_apply_newest(c, s, now);
     if (s->recent)
         ll_recent_begin_display(s->recent);
-    draw(c, s, now);
+    draw(c, s, now, false);
     if (s->recent)
         ll_recent_end_display(s->recent, ll_client_rendered(c));
     if (s->weapon_prediction)
@@ -243,6 +271,13 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 /* An input without an answer is sent again after this time plus twice the measured round trip. The time that
  * earlier answers took is no measure: it includes earlier losses, and losses of other players. */
 #define REPEAT_MS 200
+
+void ll_client_set_usual_timer(ll_client *c)
+{
+    ll_dilate_time(c);
+    c->ticks.due = ll_clock_time(&c->ticks.clock, c->ticks.number);
+    c->ticks.skipped = 0;
+}
 
 /* A timer that fires late sets the next one from that time, as a browser's does. */
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)

@@ -234,9 +234,8 @@ static ll_input_slot *input_place(ll_slot_inputs *inputs, int64_t tick, uint32_t
     return &inputs->ring[tick & (LL_INPUT_RING - 1)];
 }
 
-/* Decides input `i` of a message, a new one. A function of its own: most inputs of a message are repeated,
- * and passing over these must cost little. */
-static __attribute__((noinline)) void take_input(ll_server *server, const ll_sync_mode *sync,
+/* Decides input `i` of a message, a new one. */
+static inline void take_input(ll_server *server, const ll_sync_mode *sync,
                                                  ll_client_slot *client_slot, const ll_input_message *message,
                                                  int i, ll_time now, ll_input_result *result)
 {

@@ -27,6 +27,7 @@ typedef struct ll_netgame_seat {
     ll_transport *transport; /* NULL: messages are packets */
     ll_link *loop;         /* of the messages of its machine to itself; NULL: the server is on another one */
     bool rare;             /* it has one of these two */
+    bool plain;            /* it has none of these three */
     ll_nearness *nearness; /* NULL: snapshots contain every entity */
     ll_link_plan up_plan, down_plan;
     ll_client_setup setup;

@@ -171,7 +171,7 @@ static __attribute__((noinline)) void send_copies(ll_netgame_run *run, int playe
         }
 }
 
-static void client_ticks(ll_netgame_run *run, int player)
+static __attribute__((noinline)) void client_ticks(ll_netgame_run *run, int player)
 {
     ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
@@ -189,6 +189,21 @@ static void client_ticks(ll_netgame_run *run, int player)
         run->sync->observe(ll_netgame_desync(run->game, player), client, s, run->server);
         if (run->spectators)
             ll_netgame_feed_spectators(run, player);
+    }
+}
+
+/* The same of a usual client, which is no peer. */
+static inline void client_ticks_usually(ll_netgame_run *run, ll_netgame_seat *seat, int player)
+{
+    ll_client *client = seat->client;
+    const ll_client_setup *s = &seat->setup;
+    const ll_time now = run->game->now;
+    int bytes = ll_client_usual_tick(client, s, now, run->composed);
+    ll_netgame_watch_tick(run, player);
+    ll_client_set_usual_timer(client);
+    while (bytes > 0) {
+        ll_netgame_send(run, player, true, run->composed, bytes);
+        bytes = client->inputs.unsent == 0 ? 0 : ll_client_held(client, s, now, run->composed);
     }
 }
 
@@ -233,7 +248,10 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
     const ll_time now = run->game->now;
-    run->sync->display(client, &seat->setup, now);
+    if (seat->setup.usual)
+        ll_client_usual_display(client, &seat->setup, now);
+    else
+        run->sync->display(client, &seat->setup, now);
     ll_client_set_display(client, &seat->setup);
     if (run->recorder)
         record_display(run, player);
@@ -259,7 +277,9 @@ static bool client_acts(ll_netgame_run *run, int player, divergence *where)
     const ll_time now = run->game->now;
     bool ticks = client->ticks.due <= now,
          displays = s->display_freq == 0 ? ticks : client->displays.due <= now;
-    if (ticks)
+    if (ticks && s->usual)
+        client_ticks_usually(run, seat, player);
+    else if (ticks)
         client_ticks(run, player);
     bool finite = !displays || client_displays(run, player, where);
     ll_client_set_due(client, s);
@@ -333,9 +353,14 @@ static turn arrival_of(const ll_link *link, actor who, int player)
 /* The next turns: of the server and of the players. Each is computed again only if the last event may have
  * changed it. Those of the players are the leaves of a tree in which every node has the first of its two
  * children, which are at twice its index and after that: the root, at 1, has the first of all. */
+typedef struct player_turns {
+    turn acts, up, down; /* of a player: its client's, and of packets on its links */
+} player_turns;
+
 typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
+    player_turns of[LL_PLAYERS_MAX];
     unsigned leaves;         /* a power of two; player i is at leaves + i, and the rest have no turn */
     turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
@@ -374,6 +399,29 @@ static void renew_update(const ll_netgame_run *run, schedule *next)
     next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
+static void renew_acts(const ll_netgame_run *run, schedule *next, int player)
+{
+    const ll_time now = run->game->now, due = run->seat[player].client->due;
+    /* a received packet may have made something due */
+    next->of[player].acts = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
+}
+
+static void renew_up(const ll_netgame_run *run, schedule *next, int player)
+{
+    next->of[player].up = arrival_of(run->seat[player].up, ACTOR_UP, player);
+}
+
+static void renew_down(const ll_netgame_run *run, schedule *next, int player)
+{
+    next->of[player].down = arrival_of(run->seat[player].down, ACTOR_DOWN, player);
+}
+
+static turn first_of(const schedule *next, int player)
+{
+    const player_turns *t = &next->of[player];
+    return earlier(earlier(t->acts, t->up), t->down);
+}
+
 /* Where the server is on a player's machine any packet may be one of the server's: its turns, and what it has
  * sent, are found again with each. Without a host it has no turn. */
 static __attribute__((noinline)) void renew_hosted(const ll_netgame_run *run, schedule *next)
@@ -403,14 +451,13 @@ static __attribute__((noinline)) turn renew_rare(const ll_netgame_run *run, sche
     return earlier(first, arrival_of(seat->loop, ACTOR_TRANSPORT, player));
 }
 
-static void renew_player(const ll_netgame_run *run, schedule *next, int player)
+static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, schedule *next, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
-    const ll_time now = run->game->now, due = seat->client->due;
-    /* a received packet may have made something due */
-    turn first = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
-    first = earlier(first, arrival_of(seat->up, ACTOR_UP, player));
-    first = earlier(first, arrival_of(seat->down, ACTOR_DOWN, player));
+    renew_acts(run, next, player);
+    renew_up(run, next, player);
+    renew_down(run, next, player);
+    turn first = first_of(next, player);
     if (seat->dejitter)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
     if (seat->rare)
@@ -443,9 +490,8 @@ static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, sched
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        set_player(
-            next, i,
-            earlier(next->tree[next->leaves + (unsigned)i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
+        renew_down(run, next, i);
+        set_player(next, i, earlier(next->tree[next->leaves + (unsigned)i], next->of[i].down));
         if (run->seat[i].rare)
             renew_player(run, next, i);
     }
@@ -463,9 +509,13 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
             renew_step(run, next);
         if (run->meshed)
             renew_arrivals(run, next);
+        renew_up(run, next, player);
+        renew_down(run, next, player); /* it may have answered */
         break;
     case ACTOR_DOWN:
         ll_netgame_deliver_down(run, player);
+        renew_down(run, next, player);
+        renew_acts(run, next, player);
         break;
     case ACTOR_PLAYOUT:
         ll_netgame_deliver_held(run, player);
@@ -502,9 +552,14 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         return true;
     case ACTOR_CLIENT:
         finite = client_acts(run, player, where);
+        renew_acts(run, next, player);
+        renew_up(run, next, player);
         break;
     }
-    renew_player(run, next, player);
+    if (run->seat[player].plain)
+        set_player(next, player, first_of(next, player));
+    else
+        renew_player(run, next, player);
     return finite;
 }
 
@@ -530,9 +585,11 @@ static void take_seat(ll_netgame_run *run, int i)
         .setup = ll_netgame_client_setup(g, i, run->recorder),
         .memo.until = INT64_MIN};
     run->seat[i].setup.memo = &run->seat[i].memo;
+    run->seat[i].setup.usual = ll_client_is_usual(&run->seat[i].setup);
     if (run->hosting)
         run->seat[i].loop = (ll_link *)(block + ll_netgame_hosts_of(g)->loop[i]);
     run->seat[i].rare = run->seat[i].transport || run->seat[i].loop;
+    run->seat[i].plain = !run->seat[i].rare && !run->seat[i].dejitter;
     if (run->seat[i].setup.selects) {
         run->seat[i].nearness = ll_netgame_nearness(g, i);
         run->seat[i].nearness->near_m = g->config.server.selection.radius_m / 4;
