@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/keep.h"
 
 size_t ll_server_size(int players, ll_extent extent)
 {
@@ -179,8 +180,6 @@ static void mark_replaced(ll_slot_inputs *inputs, int64_t tick, bool replaced)
 static ll_action normalised(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
 {
     ll_action a = *input;
-    if (sync->press_s == 0)
-        return a;
     double ticks = sync->press_s * (double)server->client_freq / 1000;
     if (ticks > 1) {
         a.axis[0] = (float)(a.axis[0] / ticks);
@@ -212,8 +211,13 @@ static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_clien
 {
     if (!server->rules.validates) /* the ring has no slot further ahead */
         return input->ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
-    const ll_action relative = normalised(server, sync, input->action);
-    return ll_validate(&relative, input->use, &client_slot->limits.allowance, server->client_freq,
+    ll_action relative;
+    const ll_action *action = input->action;
+    if (sync->press_s != 0) {
+        relative = normalised(server, sync, action);
+        action = &relative;
+    }
+    return ll_validate(action, input->use, &client_slot->limits.allowance, server->client_freq,
                        input->now);
 }
 
@@ -291,6 +295,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
 {
     const ll_input_message *message = packet;
     ll_client_slot *client_slot = &server->client_slots[player];
+    LL_KEEP(client_slot);
     ll_slot_inputs *inputs = &client_slot->inputs;
     const int all = message->head.count;
     const int64_t first = message->tick, received = received_of(message);

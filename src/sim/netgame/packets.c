@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/keep.h"
 #include "sim/netgame/parts.h"
 
 static __attribute__((noinline)) void record_sending(const ll_netgame_run *run, int player,
@@ -92,6 +93,7 @@ static __attribute__((noinline)) void send_rarely(ll_netgame_run *run, int playe
 void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
 {
     const ll_netgame_seat *seat = &run->seat[player];
+    LL_KEEP(seat);
     const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
     ll_message_head head;
     ll_time due;
@@ -201,6 +203,10 @@ static bool server_receives(ll_netgame_run *run, int player, const void *packet)
     const ll_sync_mode *sync = run->sync;
     ll_server *server = run->server;
     const ll_time now = run->game->now;
+    if (ll_admission_is_of_game(server, player, packet)) {
+        server_takes(run, player, packet);
+        return true;
+    }
     bool with_world = sync->start != NULL && now >= 0; /* before time 0 all clients have the world */
     ll_admitted done = ll_admission_receive(server, with_world, player, packet, now, run->composed);
     if (done.joined)
@@ -209,9 +215,7 @@ static bool server_receives(ll_netgame_run *run, int player, const void *packet)
         sync->join(server, sync, player, now);
     if (done.reply > 0)
         ll_netgame_send(run, player, false, run->composed, done.reply);
-    if (done.game)
-        server_takes(run, player, packet);
-    return done.game;
+    return false;
 }
 
 /* By the general way of a link, which gives the same as the short one: a second use of that would slow it for
@@ -320,10 +324,11 @@ static bool client_connects(ll_netgame_run *run, int player, const void *packet,
 {
     ll_netgame_seat *seat = &run->seat[player];
     int64_t joins = seat->client->connection.joins;
-    bool taken = ll_connection_receive(seat->client, &seat->setup, packet, bytes, run->game->now);
+    if (!ll_connection_receive(seat->client, &seat->setup, packet, bytes, run->game->now))
+        return false;
     if (seat->client->connection.joins != joins)
         client_joined(run, player);
-    return taken;
+    return true;
 }
 
 /* The next packet of a link, where it lies or in `received`; valid until the link gets another. */

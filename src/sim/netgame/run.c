@@ -1,6 +1,7 @@
 /* Whose turn is next: packets, the server and the clients, in the order of virtual time. */
 #include <stdio.h>
 
+#include "base/keep.h"
 #include "base/pair.h"
 #include "netcode/state/peer.h"
 #include "sim/netgame/parts.h"
@@ -243,9 +244,8 @@ static __attribute__((noinline)) void watch_shots(ll_netgame_run *run, int playe
 }
 
 /* A client's prediction may diverge before the server does: false then. */
-static bool client_displays(ll_netgame_run *run, int player, divergence *where)
+static inline bool client_displays(ll_netgame_run *run, ll_netgame_seat *seat, int player, divergence *where)
 {
-    ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
     const ll_time now = run->game->now;
     if (seat->setup.usual)
@@ -269,9 +269,8 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     return true;
 }
 
-static bool client_acts(ll_netgame_run *run, int player, divergence *where)
+static inline bool client_acts(ll_netgame_run *run, ll_netgame_seat *seat, int player, divergence *where)
 {
-    ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
     const ll_client_setup *s = &seat->setup;
     const ll_time now = run->game->now;
@@ -281,7 +280,7 @@ static bool client_acts(ll_netgame_run *run, int player, divergence *where)
         client_ticks_usually(run, seat, player);
     else if (ticks)
         client_ticks(run, player);
-    bool finite = !displays || client_displays(run, player, where);
+    bool finite = !displays || client_displays(run, seat, player, where);
     ll_client_set_due(client, s);
     if (client->due > now)
         return finite; /* nothing is due for its connection */
@@ -399,27 +398,26 @@ static void renew_update(const ll_netgame_run *run, schedule *next)
     next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
-static void renew_acts(const ll_netgame_run *run, schedule *next, int player)
+static inline void renew_acts(const ll_netgame_seat *seat, player_turns *of, int player, ll_time now)
 {
-    const ll_time now = run->game->now, due = run->seat[player].client->due;
+    const ll_time due = seat->client->due;
     /* a received packet may have made something due */
-    next->of[player].acts = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
+    of->acts = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
 }
 
-static void renew_up(const ll_netgame_run *run, schedule *next, int player)
+static inline void renew_up(const ll_netgame_seat *seat, player_turns *of, int player)
 {
-    next->of[player].up = arrival_of(run->seat[player].up, ACTOR_UP, player);
+    of->up = arrival_of(seat->up, ACTOR_UP, player);
 }
 
-static void renew_down(const ll_netgame_run *run, schedule *next, int player)
+static inline void renew_down(const ll_netgame_seat *seat, player_turns *of, int player)
 {
-    next->of[player].down = arrival_of(run->seat[player].down, ACTOR_DOWN, player);
+    of->down = arrival_of(seat->down, ACTOR_DOWN, player);
 }
 
-static turn first_of(const schedule *next, int player)
+static inline turn first_of(const player_turns *of)
 {
-    const player_turns *t = &next->of[player];
-    return earlier(earlier(t->acts, t->up), t->down);
+    return earlier(earlier(of->acts, of->up), of->down);
 }
 
 /* Where the server is on a player's machine any packet may be one of the server's: its turns, and what it has
@@ -454,10 +452,11 @@ static __attribute__((noinline)) turn renew_rare(const ll_netgame_run *run, sche
 static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, schedule *next, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
-    renew_acts(run, next, player);
-    renew_up(run, next, player);
-    renew_down(run, next, player);
-    turn first = first_of(next, player);
+    player_turns *of = &next->of[player];
+    renew_acts(seat, of, player, run->game->now);
+    renew_up(seat, of, player);
+    renew_down(seat, of, player);
+    turn first = first_of(of);
     if (seat->dejitter)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
     if (seat->rare)
@@ -490,7 +489,7 @@ static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, sched
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        renew_down(run, next, i);
+        renew_down(&run->seat[i], &next->of[i], i);
         set_player(next, i, earlier(next->tree[next->leaves + (unsigned)i], next->of[i].down));
         if (run->seat[i].rare)
             renew_player(run, next, i);
@@ -501,7 +500,11 @@ static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence *where)
 {
     const int player = player_of(now);
+    ll_netgame_seat *seat = &run->seat[player];
+    player_turns *of = &next->of[player];
     bool finite = true;
+    LL_KEEP(seat);
+    LL_KEEP(of);
     switch (actor_of(now)) {
     case ACTOR_UP:
         ll_netgame_deliver_up(run, player);
@@ -509,13 +512,13 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
             renew_step(run, next);
         if (run->meshed)
             renew_arrivals(run, next);
-        renew_up(run, next, player);
-        renew_down(run, next, player); /* it may have answered */
+        renew_up(seat, of, player);
+        renew_down(seat, of, player); /* it may have answered */
         break;
     case ACTOR_DOWN:
         ll_netgame_deliver_down(run, player);
-        renew_down(run, next, player);
-        renew_acts(run, next, player);
+        renew_down(seat, of, player);
+        renew_acts(seat, of, player, run->game->now);
         break;
     case ACTOR_PLAYOUT:
         ll_netgame_deliver_held(run, player);
@@ -551,13 +554,13 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         renew_all(run, next);
         return true;
     case ACTOR_CLIENT:
-        finite = client_acts(run, player, where);
-        renew_acts(run, next, player);
-        renew_up(run, next, player);
+        finite = client_acts(run, seat, player, where);
+        renew_acts(seat, of, player, run->game->now);
+        renew_up(seat, of, player);
         break;
     }
-    if (run->seat[player].plain)
-        set_player(next, player, first_of(next, player));
+    if (seat->plain)
+        set_player(next, player, first_of(of));
     else
         renew_player(run, next, player);
     return finite;
