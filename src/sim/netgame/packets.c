@@ -173,9 +173,21 @@ static __attribute__((noinline)) void refuse(ll_netgame_run *run, int player, co
     ll_netgame_send(run, player, false, &refusal, (int)sizeof refusal);
 }
 
+static __attribute__((noinline)) void watch_result(ll_netgame_run *run, int player,
+                                                   const ll_input_result *result)
+{
+    if (run->observes & LL_OBSERVE_INPUTS)
+        note_result(run, run->seat[player].metrics, result);
+    if (run->recorder)
+        record_result(run, player, result);
+    if (result->outcome == LL_OUTCOME_REFUSED)
+        refuse(run, player, result);
+}
+
 static void server_takes(ll_netgame_run *run, int player, const void *packet)
 {
-    ll_input_result results[LL_INPUTS_MAX];
+    const bool watches = (run->observes & LL_OBSERVE_INPUTS) || run->recorder;
+    ll_input_result *results = run->results;
     const ll_sync_mode *sync = run->sync;
     ll_netgame_seat *seat = &run->seat[player];
     if (run->detection)
@@ -185,14 +197,9 @@ static void server_takes(ll_netgame_run *run, int player, const void *packet)
         n = sync->take(run->server, sync, player, packet, run->game->now, results);
         if (run->reports)
             ll_reports_take(run->reports, run->server, player, packet);
-        for (int i = 0; i < n; i++) {
-            if (run->observes & LL_OBSERVE_INPUTS)
-                note_result(run, seat->metrics, &results[i]);
-            if (run->recorder)
-                record_result(run, player, &results[i]);
-            if (results[i].outcome == LL_OUTCOME_REFUSED)
-                refuse(run, player, &results[i]);
-        }
+        for (int i = 0; i < n; i++)
+            if (watches || results[i].outcome == LL_OUTCOME_REFUSED)
+                watch_result(run, player, &results[i]);
     } while (run->meshed && n == LL_INPUTS_MAX); /* it must have all that the receiver gets */
     seat->slot->inputs.repeats += n == 0;
 }

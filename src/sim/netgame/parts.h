@@ -57,6 +57,7 @@ typedef struct ll_netgame_run {
     void (*client_gets)(struct ll_netgame_run *run, int player, const void *packet, int bytes);
     uint32_t observes; /* bits of ll_observation */
     ll_netgame_seat seat[LL_PLAYERS_MAX];
+    ll_input_result results[LL_INPUTS_MAX]; /* of the inputs of a packet */
     _Alignas(8) char received[LL_NETGAME_PACKET_MAX];
     _Alignas(8) char composed[LL_NETGAME_PACKET_MAX];
 } ll_netgame_run;

@@ -261,7 +261,10 @@ static inline bool client_displays(ll_netgame_run *run, ll_netgame_seat *seat, i
     if (!(recent && recent->shows ? finite_shown(shown, recent, &where->entity)
                                   : finite_world(shown, &where->entity)))
         return false;
-    ll_netgame_observe_display(run, player);
+    if (run->observes & (LL_OBSERVE_INPUTS | LL_OBSERVE_VIEWS))
+        ll_netgame_observe_display(run, player);
+    else
+        ll_client_metrics_drawn(seat->metrics, client->displays.elapsed, now);
     if (run->shots)
         watch_shots(run, player);
     if (player == run->players - 1)
