@@ -274,7 +274,7 @@ static __attribute__((noinline)) int put_inputs(const ll_client *c, const ll_cli
     return put(c, s, first, count, fresh, m, false);
 }
 
-int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+__attribute__((noinline)) int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     if (c->inputs.unsent == 0 || ll_cheat_holds(s, now))
         return 0;

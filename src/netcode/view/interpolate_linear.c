@@ -1,25 +1,17 @@
 /* Linear: the paper's formula ("Interpolation"). Between snapshots dt apart the error is at most a dt^2 / 8
  * where the acceleration is at most a, and speed jumps at every snapshot. Cost: six multiplications per
  * entity. */
-#include "base/pair.h"
 #include "netcode/view/view.h"
-
-/* The numbers of an entity in pairs: positions, velocities, angles. */
-static inline void blend(const ll_entity *a, const ll_entity *b, double alpha, ll_entity *out)
-{
-    const ll_pair *from = (const ll_pair *)(const void *)a, *to = (const ll_pair *)(const void *)b;
-    ll_pair *at = (ll_pair *)(void *)out;
-    const ll_pair place = from[0] + alpha * (to[0] - from[0]), speed = from[1] + alpha * (to[1] - from[1]),
-                  angle = from[2] + alpha * (to[2] - from[2]);
-    at[0] = place;
-    at[1] = speed;
-    at[2] = angle;
-}
 
 static void between(const ll_entity *a, const ll_entity *b, double alpha, double span_s, ll_entity *out)
 {
     (void)span_s;
-    blend(a, b, alpha, out);
+    out->x = a->x + alpha * (b->x - a->x);
+    out->y = a->y + alpha * (b->y - a->y);
+    out->vx = a->vx + alpha * (b->vx - a->vx);
+    out->vy = a->vy + alpha * (b->vy - a->vy);
+    out->angle = a->angle + alpha * (b->angle - a->angle);
+    out->angular_velocity = a->angular_velocity + alpha * (b->angular_velocity - a->angular_velocity);
 }
 
 static void all(const ll_stretch *stretch)

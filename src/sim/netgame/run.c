@@ -544,7 +544,8 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         if (run->spectators)
             ll_netgame_feed_spectators(run, -1);
         renew_update(run, next);
-        renew_step(run, next); /* what it has sent may be what a relay waits for */
+        if (run->sync->steps_by_inputs)
+            renew_step(run, next); /* what it has sent may be what a relay waits for */
         renew_arrivals(run, next);
         return true;
     case ACTOR_TEND:
