@@ -295,6 +295,29 @@ ll_sending ll_link_send_by(ll_link *l, const ll_link_plan *plan, ll_time now, co
     return sending;
 }
 
+bool ll_link_send_single(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size)
+{
+    const message m = {bytes, size, true, plan};
+    if (plan->tap || plan->stages & 1U << LL_STAGE_DUPLICATE || packets_of(plan->params, size) != 1)
+        return false;
+    LL_ASSERT(size >= 0 && size <= l->arena);
+    l->stats.sent++;
+    l->stats.bytes += size;
+    ll_passage p = packet(l, plan, now, size, 0);
+    travel(l, plan->stages, &p, size);
+    if (p.fate != LL_FATE_DELIVERED) {
+        count_lost(l, 1);
+    } else {
+        ll_link_put(l, now, p.due, bytes, size);
+        if (p.marked)
+            mark(l, &m);
+    }
+    l->packet++;
+    l->number++;
+    LL_VALIDATE(ll_link_valid(l));
+    return true;
+}
+
 ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size)
 {

@@ -89,6 +89,20 @@ static __attribute__((noinline)) void send_rarely(ll_netgame_run *run, int playe
         send_by_transport(run, player, up, packet, bytes);
 }
 
+/* An unrecorded message on a link with impairments, whose fate no one asks for. */
+static bool send_single(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
+    ll_message_head head;
+    if (run->recorder || run->observes & LL_OBSERVE_INPUTS || plan->stages == 0 ||
+        !ll_link_send_single(up ? seat->up : seat->down, plan, run->game->now, packet, bytes))
+        return false;
+    memcpy(&head, packet, sizeof head);
+    note_sent(run, seat, up, head.type, bytes, 1);
+    return true;
+}
+
 /* The usual message takes the short way: unrecorded, on a link without impairments. */
 void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
 {
@@ -102,7 +116,8 @@ void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packe
         send_rarely(run, player, up, packet, bytes);
     } else if (run->recorder || plan->stages != 0 ||
                !ll_link_send_plain(up ? seat->up : seat->down, plan, run->game->now, packet, bytes, &due)) {
-        send_packet(run, player, up, packet, bytes);
+        if (!send_single(run, player, up, packet, bytes))
+            send_packet(run, player, up, packet, bytes);
     } else {
         memcpy(&head, packet, sizeof head);
         note_sent(run, seat, up, head.type, bytes, 1);
