@@ -493,7 +493,8 @@ static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
         renew_down(&run->seat[i], &next->of[i], i);
-        set_player(next, i, earlier(next->tree[next->leaves + (unsigned)i], next->of[i].down));
+        if (next->of[i].down < next->tree[next->leaves + (unsigned)i])
+            set_player(next, i, next->of[i].down);
         if (run->seat[i].rare)
             renew_player(run, next, i);
     }
