@@ -215,8 +215,8 @@ static void pack(ll_link *l)
     l->top = top;
 }
 
-/* The limits were checked: after packing there is room. The store is longer than the arena: most messages find
- * room without this. */
+/* The limits were checked: after packing there is room. The store is longer than the arena: most messages
+ * find room without this. */
 static __attribute__((noinline)) void make_room(ll_link *l, int32_t stride)
 {
     const int32_t capacity = store_capacity(l->slots, l->arena);

@@ -36,7 +36,7 @@ static void travel(ll_link *l, uint32_t stages, ll_passage *p, int32_t size)
         return;
     }
     p->due = ll_link_arrival(l, (ll_order)p->params->order, p->now, p->now + ll_ms(p->delay_ms) + p->queued,
-                     p->queued > 0 ? p->delay_ms + ll_to_ms(p->queued) : p->delay_ms);
+                             p->queued > 0 ? p->delay_ms + ll_to_ms(p->queued) : p->delay_ms);
     if (!p->is_copy)
         count_pair(l, ll_to_ms(p->due - p->now));
 }

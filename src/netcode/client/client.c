@@ -47,18 +47,6 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     memcpy(ll_client_rendered(c), start, (size_t)c->layout.world_size);
 }
 
-bool ll_client_is_usual(const ll_client_setup *s)
-{
-    const ll_sync_mode *sync = s->sync;
-    const ll_player_config *config = s->config;
-    return sync->tick == ll_client_tick && sync->display == ll_client_display && !sync->applies_on_arrival &&
-           sync->press_s == 0 && !sync->waits && !sync->answers && sync->sends_idle && !sync->observe &&
-           config->control == LL_CONTROL_SCRIPT && config->cheat == LL_CHEAT_NONE && config->send_hz == 0 &&
-           config->timer_jitter_ms == 0 && config->drift_ppm == 0 &&
-           (s->rules->timeout_s == 0 || s->rules->timeout_s >= LL_NOTICE / 1e9) && s->memo &&
-           !s->weapon_prediction && !s->reckoning && !s->reporter && !s->recent && !s->selects;
-}
-
 #define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
 
 /* Delay of the machine's ticks relative to a clock that starts now. */
@@ -185,7 +173,8 @@ static bool predicts_own(const ll_client *c, const ll_client_setup *s)
     return s->config->prediction && ll_entity_set_has(&c->prediction.entities, c->self);
 }
 
-static __attribute__((always_inline)) inline void draw(ll_client *c, const ll_client_setup *s, ll_time now, const bool usual)
+static __attribute__((always_inline)) inline void draw(ll_client *c, const ll_client_setup *s, ll_time now,
+                                                       const bool usual)
 {
     const ll_world *latest = ll_client_latest(c);
     ll_world *shown = ll_client_rendered(c);
@@ -216,7 +205,8 @@ static __attribute__((always_inline)) inline void draw(ll_client *c, const ll_cl
         ll_draw_predicted(c, now);
     if (!usual && s->recent && s->config->prediction && predicts_others(c))
         s->recent->drawn = s->recent->shows = 0;
-    ll_smooth_draw(c, s, now);
+    if (c->view.has_errors || s->client_metrics->observes & LL_OBSERVE_FRAMES) /* few frames */
+        ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->drawing.view_time = other < shown->entities ? marks[other].time : now;
 }

@@ -139,13 +139,11 @@ static __attribute__((noinline)) int64_t inputs_allowed(const ll_client *c, cons
     return ll_budget_ticks(c->ticks.clock.freq) - 1 - ahead;
 }
 
-static __attribute__((always_inline)) inline int inputs_due(ll_client *c, const ll_client_setup *s,
-                                                            const ll_action *action, ll_time now,
-                                                            const bool usual)
+static __attribute__((always_inline)) inline int
+inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now, const bool usual)
 {
     ll_input_history *input_history = &s->client_metrics->input_history;
-    const bool counts =
-        (s->client_metrics->observes & LL_OBSERVE_INPUTS) && now >= s->client_metrics->from;
+    const bool counts = (s->client_metrics->observes & LL_OBSERVE_INPUTS) && now >= s->client_metrics->from;
     int n = 1;
     if (usual)
         n += (int)c->ticks.skipped;
@@ -153,7 +151,8 @@ static __attribute__((always_inline)) inline int inputs_due(ll_client *c, const 
         n += ll_cheat_extra(c, s);
     if (!usual && !s->sync->applies_on_arrival)
         n += (int)c->ticks.skipped;
-    if (!usual && !s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
+    if (!usual && !s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 &&
+        action->buttons == 0) {
         ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
@@ -274,7 +273,8 @@ static __attribute__((noinline)) int put_inputs(const ll_client *c, const ll_cli
     return put(c, s, first, count, fresh, m, false);
 }
 
-__attribute__((noinline)) int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+__attribute__((noinline)) int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now,
+                                             void *packet)
 {
     if (c->inputs.unsent == 0 || ll_cheat_holds(s, now))
         return 0;
@@ -396,4 +396,16 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
         ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
     return compose(c, s, now, packet);
+}
+
+bool ll_client_is_usual(const ll_client_setup *s)
+{
+    const ll_sync_mode *sync = s->sync;
+    const ll_player_config *config = s->config;
+    return sync->tick == ll_client_tick && sync->display == ll_client_display && !sync->applies_on_arrival &&
+           sync->press_s == 0 && !sync->waits && !sync->answers && sync->sends_idle && !sync->observe &&
+           config->control == LL_CONTROL_SCRIPT && config->cheat == LL_CHEAT_NONE && config->send_hz == 0 &&
+           config->timer_jitter_ms == 0 && config->drift_ppm == 0 &&
+           (s->rules->timeout_s == 0 || s->rules->timeout_s >= LL_NOTICE / 1e9) && s->memo &&
+           !s->weapon_prediction && !s->reckoning && !s->reporter && !s->recent && !s->selects;
 }

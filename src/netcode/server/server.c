@@ -161,7 +161,8 @@ static void measure_slack(ll_client_slot *client_slot, int64_t ahead, uint32_t s
 }
 
 /* The replacement of a refused input. */
-static __attribute__((noinline)) ll_action replacement(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
+static __attribute__((noinline)) ll_action replacement(const ll_server *server,
+                                                       const ll_client_slot *client_slot, int64_t tick)
 {
     if (server->rules.refused == LL_REFUSED_NEUTRAL)
         return (ll_action){0};
@@ -235,9 +236,8 @@ static ll_input_slot *input_place(ll_slot_inputs *inputs, int64_t tick, uint32_t
 }
 
 /* Decides input `i` of a message, a new one. */
-static inline void take_input(ll_server *server, const ll_sync_mode *sync,
-                                                 ll_client_slot *client_slot, const ll_input_message *message,
-                                                 int i, ll_time now, ll_input_result *result)
+static inline void take_input(ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
+                              const ll_input_message *message, int i, ll_time now, ll_input_result *result)
 {
     const int64_t tick = message->tick + i, ahead = tick - decided_upto(server, sync, client_slot);
     const ll_action *action = &message->inputs[i];

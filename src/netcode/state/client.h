@@ -422,11 +422,4 @@ void ll_extrapolate(const ll_client_setup *setup, const ll_entity *from, double 
 void ll_smooth_correct(ll_client *client, int entity, const ll_entity *drawn, const ll_entity *right);
 
 /* End of a frame: decays the errors and adds the rest to what is drawn. */
-void ll_smooth_draw_errors(ll_client *client, const ll_client_setup *setup, ll_time now);
-
-/* Most frames have no errors, and most runs do not count them. */
-static inline void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
-{
-    if (c->view.has_errors || s->client_metrics->observes & LL_OBSERVE_FRAMES)
-        ll_smooth_draw_errors(c, s, now);
-}
+void ll_smooth_draw(ll_client *client, const ll_client_setup *setup, ll_time now);

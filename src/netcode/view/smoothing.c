@@ -41,7 +41,7 @@ static double speed_of(const ll_entity *e)
     return ll_sqrt(e->vx * e->vx + e->vy * e->vy);
 }
 
-void ll_smooth_draw_errors(ll_client *c, const ll_client_setup *s, ll_time now)
+void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
     ll_world *shown = ll_client_rendered(c);

@@ -363,7 +363,7 @@ typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
     player_turns of[LL_PLAYERS_MAX];
-    unsigned leaves;         /* a power of two; player i is at leaves + i, and the rest have no turn */
+    unsigned leaves; /* a power of two; player i is at leaves + i, and the rest have no turn */
     turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
 
