@@ -34,9 +34,14 @@ extern const ll_metric_table ll_race_metrics, ll_cannon_metrics, ll_gambetta_met
         &ll_sea_metrics, &ll_dam_metrics, &ll_stack_metrics, &ll_swarm_metrics
 
 /* a * b + c on the machine that `env` stands for. Every integrator of a game uses it. */
+static inline double ll_mul_add_as(bool fused, double a, double b, double c)
+{
+    return fused ? fma(a, b, c) : a * b + c;
+}
+
 static inline double ll_mul_add(const ll_game_env *env, double a, double b, double c)
 {
-    return env->fused ? fma(a, b, c) : a * b + c;
+    return ll_mul_add_as(env->fused, a, b, c);
 }
 
 /* Motion under a constant force and linear drag, v' = a - c v, solved exactly over one step of `dt`:
@@ -48,9 +53,14 @@ typedef struct ll_drag {
 
 ll_drag ll_drag_over(double drag_per_s, double dt);
 
-static inline void ll_drag_move(const ll_game_env *env, const ll_drag *d, double a, double *x, double *v)
+static inline void ll_drag_move_as(bool fused, const ll_drag *d, double a, double *x, double *v)
 {
     double v0 = *v;
-    *x += ll_mul_add(env, v0, d->f, a * d->g);
-    *v = ll_mul_add(env, v0, d->e, a * d->f);
+    *x += ll_mul_add_as(fused, v0, d->f, a * d->g);
+    *v = ll_mul_add_as(fused, v0, d->e, a * d->f);
+}
+
+static inline void ll_drag_move(const ll_game_env *env, const ll_drag *d, double a, double *x, double *v)
+{
+    ll_drag_move_as(env->fused, d, a, x, v);
 }

@@ -130,12 +130,14 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
     }
 }
 
-static void move(ll_entity *car, const ll_game_env *env, double pedal)
+/* `fused` is the machine's, and a constant here: a machine that rounds a product first calls no function. */
+static inline __attribute__((always_inline)) void move(ll_entity *car, const ll_game_env *env, double pedal,
+                                                       const bool fused)
 {
     const race_params *p = params_of(env);
     double a = pedal > 0 ? pedal * p->acceleration : car->vx > 0 ? pedal * p->brake : 0;
     double x = car->x, v = car->vx;
-    ll_drag_move(env, drag_of(env), a, &car->x, &car->vx);
+    ll_drag_move_as(fused, drag_of(env), a, &car->x, &car->vx);
     if (car->vx > p->top_speed) {
         car->vx = p->top_speed;
         car->x = x + env->dt * (v + p->top_speed) / 2;
@@ -209,28 +211,42 @@ static void finish(ll_world *world, const race_params *p, const ll_entity_set *s
 }
 
 /* `set`: NULL for all. */
-static void advance(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
-                    const ll_entity_set *set)
+static inline __attribute__((always_inline)) void advance(ll_world *world, const ll_game_env *env,
+                                                          const ll_action *actions, ll_time now,
+                                                          const ll_entity_set *set, const bool fused)
 {
     const race_params *p = params_of(env);
     for (int i = 0; i < world->players; i++)
         if (moves(set, i))
-            move(&world->entity[i], env, actions[i].axis[0]);
+            move(&world->entity[i], env, actions[i].axis[0], fused);
     contacts(world, p, set);
     finish(world, p, set, now);
+}
+
+static __attribute__((noinline)) void advance_fused(ll_world *world, const ll_game_env *env,
+                                                    const ll_action *actions, ll_time now,
+                                                    const ll_entity_set *set)
+{
+    advance(world, env, actions, now, set, true);
 }
 
 static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                  const struct ll_past *past)
 {
     (void)past;
-    advance(world, env, actions, now, NULL);
+    if (env->fused)
+        advance_fused(world, env, actions, now, NULL);
+    else
+        advance(world, env, actions, now, NULL, false);
 }
 
 static void step_some(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                       const ll_entity_set *set)
 {
-    advance(world, env, actions, now, set);
+    if (env->fused)
+        advance_fused(world, env, actions, now, set);
+    else
+        advance(world, env, actions, now, set, false);
 }
 
 /* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length. */
@@ -253,9 +269,17 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
     }
 }
 
+static __attribute__((noinline)) void move_fused(ll_entity *car, const ll_game_env *env, double pedal)
+{
+    move(car, env, pedal, true);
+}
+
 static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
 {
-    move(&world->entity[player], env, action->axis[0]);
+    if (env->fused)
+        move_fused(&world->entity[player], env, action->axis[0]);
+    else
+        move(&world->entity[player], env, action->axis[0], false);
 }
 
 /* Full throttle up to top speed: v = a f(t), x = a g(t) with the drag's factors over t. */

@@ -1,5 +1,5 @@
-/* Shared by the two files of a link: sending.c decides the fate of a message, line.c keeps those in
- * flight. */
+/* Shared by the two files of a link: sending.c decides the fate of a message, line.c keeps those in flight,
+ * and takes the usual message, whose fate is known. */
 #pragma once
 
 #include "link/line/link.h"
@@ -33,6 +33,27 @@ struct ll_link {
 static inline bool ll_link_has_room(const ll_link *l, int32_t size)
 {
     return l->end - l->first < l->slots && l->bytes + size <= l->arena;
+}
+
+static inline void ll_link_count_delay(ll_link *l, double delay_ms)
+{
+    ll_link_stats *s = &l->stats;
+    s->delay.min_ms = delay_ms < s->delay.min_ms ? delay_ms : s->delay.min_ms;
+    s->delay.max_ms = delay_ms > s->delay.max_ms ? delay_ms : s->delay.max_ms;
+    s->delay.sum_ms += delay_ms;
+    s->delay.sum_squares += delay_ms * delay_ms;
+}
+
+/* Due time of a packet that passed all stages and would arrive at `due`, in the configured order. */
+static inline ll_time ll_link_arrival(ll_link *l, ll_order order, ll_time now, ll_time due, double delay_ms)
+{
+    if (order == LL_ORDER_FIFO && due < l->latest) {
+        due = l->latest;
+        delay_ms = ll_to_ms(due - now);
+    }
+    l->latest = due > l->latest ? due : l->latest;
+    ll_link_count_delay(l, delay_ms);
+    return due;
 }
 
 /* Stores the message, or a copy of it, to be received at `due`. There must be room. */

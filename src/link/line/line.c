@@ -164,13 +164,20 @@ static void slide(ll_link *l, entry *queue)
     l->first = 0;
 }
 
-static inline void enqueue(ll_link *l, entry e)
+/* The queue has more places than there are slots: most messages find one without this. */
+static __attribute__((noinline)) void make_place(ll_link *l, entry *queue)
 {
-    entry *queue = queue_of(l);
     const int32_t capacity = queue_capacity(l->slots);
     if (l->end == capacity)
         slide(l, queue);
     LL_ASSERT(l->end < capacity); /* sliding has made room */
+}
+
+static inline void enqueue(ll_link *l, entry e)
+{
+    entry *queue = queue_of(l);
+    if (l->end >= l->slots)
+        make_place(l, queue);
     int32_t place = l->end;
     if (place > l->first && queue[place - 1].due > e.due)
         place = open_place(l, queue, e.due);
@@ -208,15 +215,23 @@ static void pack(ll_link *l)
     l->top = top;
 }
 
-/* The limits were checked: after packing there is room. */
-static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
+/* The limits were checked: after packing there is room. The store is longer than the arena: most messages
+ * find room without this. */
+static __attribute__((noinline)) void make_room(ll_link *l, int32_t stride)
 {
-    const int32_t stride = stride_of(size), capacity = store_capacity(l->slots, l->arena);
+    const int32_t capacity = store_capacity(l->slots, l->arena);
     if (l->top + stride > capacity)
         pack(l);
+    LL_ASSERT(l->top + stride <= capacity);
+}
+
+static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
+{
+    const int32_t stride = stride_of(size);
+    if (l->top + stride > l->arena)
+        make_room(l, stride);
     int32_t at = l->top;
     parcel *p = parcel_at(l, at);
-    LL_ASSERT(at + stride <= capacity);
     *p = (parcel){.size = size, .number = (uint32_t)number};
     if (size > 0)
         memcpy(p + 1, bytes, (size_t)size);
@@ -225,11 +240,33 @@ static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32
     return at;
 }
 
-void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
+static inline void put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
 {
     LL_ASSERT((uint64_t)(due - now) <= UINT32_MAX); /* no packet arrives before it is sent */
     LL_VALIDATE(ll_link_has_room(l, size));
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
+}
+
+void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
+{
+    put(l, now, due, bytes, size);
+}
+
+bool ll_link_send_plain(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size,
+                        ll_time *due)
+{
+    const int64_t mtu = plan->params->mtu_bytes;
+    if (plan->stages != 0 || plan->tap || (mtu > 0 && size > mtu) || !ll_link_has_room(l, size))
+        return false;
+    LL_ASSERT(size >= 0);
+    l->stats.sent++;
+    l->stats.bytes += size;
+    l->packet++;
+    *due = ll_link_arrival(l, (ll_order)plan->params->order, now, now + plan->delay, plan->delay_ms);
+    put(l, now, *due, bytes, size);
+    l->number++;
+    LL_VALIDATE(ll_link_valid(l));
+    return true;
 }
 
 void ll_link_mark(ll_link *l, int32_t size, uint32_t at)
@@ -255,8 +292,10 @@ static void count_delivery(ll_link *l, uint32_t number)
 {
     int32_t ahead = (int32_t)(number - (uint32_t)l->delivered);
     l->stats.delivered++;
-    l->stats.reordered += ahead < 0;
-    l->delivered += ahead > 0 ? ahead : 0;
+    if (ahead < 0)
+        l->stats.reordered++;
+    else
+        l->delivered += ahead;
 }
 
 /* The message of a removed entry is no longer in the link. Its bytes stay where they are until there is

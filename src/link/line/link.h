@@ -67,6 +67,10 @@ ll_sending ll_link_send_by(ll_link *link, const ll_link_plan *plan, ll_time now,
 bool ll_link_send_plain(ll_link *link, const ll_link_plan *plan, ll_time now, const void *bytes, int size,
                         ll_time *due);
 
+/* The same for a message of one packet of a link with impairments, but without copies or a tap; its fate is
+ * not said. */
+bool ll_link_send_single(ll_link *link, const ll_link_plan *plan, ll_time now, const void *bytes, int size);
+
 ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER if empty */
 
 /* Removes the next message due at or before `now` and returns where its `size` bytes still lie, at a multiple

@@ -4,27 +4,6 @@
 
 /* ---- one packet ---- */
 
-static void count_delay(ll_link *l, double delay_ms)
-{
-    ll_link_stats *s = &l->stats;
-    s->delay.min_ms = delay_ms < s->delay.min_ms ? delay_ms : s->delay.min_ms;
-    s->delay.max_ms = delay_ms > s->delay.max_ms ? delay_ms : s->delay.max_ms;
-    s->delay.sum_ms += delay_ms;
-    s->delay.sum_squares += delay_ms * delay_ms;
-}
-
-/* Due time of a packet that passed all stages and would arrive at `due`, in the configured order. */
-static inline ll_time arrival(ll_link *l, ll_order order, ll_time now, ll_time due, double delay_ms)
-{
-    if (order == LL_ORDER_FIFO && due < l->latest) {
-        due = l->latest;
-        delay_ms = ll_to_ms(due - now);
-    }
-    l->latest = due > l->latest ? due : l->latest;
-    count_delay(l, delay_ms);
-    return due;
-}
-
 /* For two successive packets. */
 static void count_pair(ll_link *l, double delay_ms)
 {
@@ -56,8 +35,8 @@ static void travel(ll_link *l, uint32_t stages, ll_passage *p, int32_t size)
         l->stats.corrupted++;
         return;
     }
-    p->due = arrival(l, (ll_order)p->params->order, p->now, p->now + ll_ms(p->delay_ms) + p->queued,
-                     p->queued > 0 ? p->delay_ms + ll_to_ms(p->queued) : p->delay_ms);
+    p->due = ll_link_arrival(l, (ll_order)p->params->order, p->now, p->now + ll_ms(p->delay_ms) + p->queued,
+                             p->queued > 0 ? p->delay_ms + ll_to_ms(p->queued) : p->delay_ms);
     if (!p->is_copy)
         count_pair(l, ll_to_ms(p->due - p->now));
 }
@@ -267,7 +246,7 @@ static ll_sending send_plain(ll_link *l, const ll_link_plan *plan, ll_time now, 
         return refuse(l, now, packets, m);
     ll_time due = now + plan->delay;
     for (int32_t i = 0; i < packets; i++)
-        due = arrival(l, order, now, now + plan->delay, plan->delay_ms);
+        due = ll_link_arrival(l, order, now, now + plan->delay, plan->delay_ms);
     ll_link_put(l, now, due, m->bytes, m->size);
     return show_all(m, l, (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets});
 }
@@ -316,18 +295,24 @@ ll_sending ll_link_send_by(ll_link *l, const ll_link_plan *plan, ll_time now, co
     return sending;
 }
 
-bool ll_link_send_plain(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size,
-                        ll_time *due)
+bool ll_link_send_single(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size)
 {
-    const int64_t mtu = plan->params->mtu_bytes;
-    if (plan->stages != 0 || plan->tap || (mtu > 0 && size > mtu) || !ll_link_has_room(l, size))
+    const message m = {bytes, size, true, plan};
+    if (plan->tap || plan->stages & 1U << LL_STAGE_DUPLICATE || packets_of(plan->params, size) != 1)
         return false;
-    LL_ASSERT(size >= 0);
+    LL_ASSERT(size >= 0 && size <= l->arena);
     l->stats.sent++;
     l->stats.bytes += size;
+    ll_passage p = packet(l, plan, now, size, 0);
+    travel(l, plan->stages, &p, size);
+    if (p.fate != LL_FATE_DELIVERED) {
+        count_lost(l, 1);
+    } else {
+        ll_link_put(l, now, p.due, bytes, size);
+        if (p.marked)
+            mark(l, &m);
+    }
     l->packet++;
-    *due = arrival(l, (ll_order)plan->params->order, now, now + plan->delay, plan->delay_ms);
-    ll_link_put(l, now, *due, bytes, size);
     l->number++;
     LL_VALIDATE(ll_link_valid(l));
     return true;

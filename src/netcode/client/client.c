@@ -167,16 +167,26 @@ static bool predicts_others(const ll_client *c)
     return memcmp(&alone, &c->prediction.entities, sizeof alone) != 0;
 }
 
-static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
+/* Whether the own entity is drawn as predicted, and not by what the server says. */
+static bool predicts_own(const ll_client *c, const ll_client_setup *s)
+{
+    return s->config->prediction && ll_entity_set_has(&c->prediction.entities, c->self);
+}
+
+static __attribute__((always_inline)) inline void draw(ll_client *c, const ll_client_setup *s, ll_time now,
+                                                       const bool usual)
 {
     const ll_world *latest = ll_client_latest(c);
     ll_world *shown = ll_client_rendered(c);
     ll_draw_info *marks = ll_client_draw_infos(c);
-    bool by_time = draws_by_time(c, s);
-    int first = by_time ? c->self : 0, end = by_time ? c->self + 1 : latest->entities;
-    for (int i = first; i < end; i++) {
+    const bool by_time = draws_by_time(c, s);
+    for (int i = 0; i < latest->entities && !by_time; i++) {
         shown->entity[i] = latest->entity[i];
         marks[i] = (ll_draw_info){.time = c->latest.time};
+    }
+    if (by_time && !(usual && predicts_own(c, s))) {
+        shown->entity[c->self] = latest->entity[c->self];
+        marks[c->self] = (ll_draw_info){.time = c->latest.time};
     }
     memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
     if (by_time) {
@@ -189,13 +199,14 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         c->drawing.alpha = c->drawing.time_scale = 1;
         c->drawing.buffer_ms = 0;
     }
-    if (s->reckoning && c->snapshots.received > 0)
+    if (!usual && s->reckoning && c->snapshots.received > 0)
         draw_reckoned(c, s, now);
     if (s->config->prediction)
         ll_draw_predicted(c, now);
-    if (s->recent && s->config->prediction && predicts_others(c))
+    if (!usual && s->recent && s->config->prediction && predicts_others(c))
         s->recent->drawn = s->recent->shows = 0;
-    ll_smooth_draw(c, s, now);
+    if (c->view.has_errors || s->client_metrics->observes & LL_OBSERVE_FRAMES) /* few frames */
+        ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->drawing.view_time = other < shown->entities ? marks[other].time : now;
 }
@@ -218,13 +229,20 @@ void ll_client_apply_newest(ll_client *c, const ll_client_setup *s, ll_time now)
         apply(c, s, predicting, now);
 }
 
+void ll_client_usual_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
+    ll_client_apply_newest(c, s, now);
+    draw(c, s, now, true);
+}
+
 void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_client_begin_display(c, now);
     ll_client_apply_newest(c, s, now);
     if (s->recent)
         ll_recent_begin_display(s->recent);
-    draw(c, s, now);
+    draw(c, s, now, false);
     if (s->recent)
         ll_recent_end_display(s->recent, ll_client_rendered(c));
     if (s->weapon_prediction)
@@ -243,6 +261,13 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 /* An input without an answer is sent again after this time plus twice the measured round trip. The time that
  * earlier answers took is no measure: it includes earlier losses, and losses of other players. */
 #define REPEAT_MS 200
+
+void ll_client_set_usual_timer(ll_client *c)
+{
+    ll_dilate_time(c);
+    c->ticks.due = ll_clock_time(&c->ticks.clock, c->ticks.number);
+    c->ticks.skipped = 0;
+}
 
 /* A timer that fires late sets the next one from that time, as a browser's does. */
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)

@@ -66,7 +66,7 @@ static ll_time next_request(const ll_connection *n)
 /* Whether a client that plays is stalled before it is disconnected: as by default. */
 static bool notices_first(const ll_client_setup *s)
 {
-    return s->rules->timeout_s >= LL_NOTICE / 1e9 || s->rules->timeout_s == 0;
+    return s->usual || s->rules->timeout_s >= LL_NOTICE / 1e9 || s->rules->timeout_s == 0;
 }
 
 static ll_time ends_at(const ll_connection *n, const ll_client_setup *s)

@@ -29,7 +29,7 @@ static __attribute__((noinline)) ll_action act_on_the_past(ll_client *c, const l
 }
 
 /* The controls of a player who acts on the rendered view, or on an older one; `seen`: its time. */
-static ll_action act(ll_client *c, const ll_client_setup *s, ll_time *seen, ll_time now)
+static inline ll_action act(ll_client *c, const ll_client_setup *s, ll_time *seen, ll_time now)
 {
     *seen = c->drawing.view_time;
     if (s->config->cheat == LL_CHEAT_VIEW_TIME && c->snapshots.received > 0)
@@ -108,6 +108,17 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     return config->cheat == LL_CHEAT_NONE ? honest : cheated(c, s, seen, t, a);
 }
 
+/* The same of a usual client: a script plays it. */
+static inline ll_action act_usually(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_script_memo *memo = s->memo;
+    const ll_action a =
+        now >= memo->from && now < memo->until ? memo->action : ask_script(c, s, ll_client_rendered(c), now);
+    s->client_metrics->controls = a;
+    ll_honest_controls(&s->client_metrics->honest, &a);
+    return a;
+}
+
 #define QUIET 4 /* intervals without a step: some player's inputs are missing */
 
 /* Number of inputs that a client may make while the server waits for inputs. Inputs that the server would
@@ -128,28 +139,36 @@ static __attribute__((noinline)) int64_t inputs_allowed(const ll_client *c, cons
     return ll_budget_ticks(c->ticks.clock.freq) - 1 - ahead;
 }
 
-static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+static __attribute__((always_inline)) inline int
+inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now, const bool usual)
 {
     ll_input_history *input_history = &s->client_metrics->input_history;
-    bool counts = now >= s->client_metrics->from && (s->client_metrics->observes & LL_OBSERVE_INPUTS);
-    int n = 1 + ll_cheat_extra(c, s);
-    if (!s->sync->applies_on_arrival)
+    const bool counts = (s->client_metrics->observes & LL_OBSERVE_INPUTS) && now >= s->client_metrics->from;
+    int n = 1;
+    if (usual)
         n += (int)c->ticks.skipped;
-    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
+    else
+        n += ll_cheat_extra(c, s);
+    if (!usual && !s->sync->applies_on_arrival)
+        n += (int)c->ticks.skipped;
+    if (!usual && !s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 &&
+        action->buttons == 0) {
         ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
-    if (c->inputs.extra > 0) {
+    if (__builtin_expect(c->inputs.extra > 0, 0)) {
         c->inputs.extra--;
         input_history->doubled += counts;
         n++;
-    } else if (c->inputs.extra < 0) {
+    } else if (__builtin_expect(c->inputs.extra < 0, 0)) {
         c->inputs.extra++;
         input_history->left_out += counts;
         n--;
     }
     if (counts)
         ll_running_stats_add(&input_history->scale, c->inputs.scale);
+    if (usual)
+        return n;
     int64_t room = s->sync->waits ? inputs_allowed(c, s, now) : n;
     return (int)(n < room ? n : room > 0 ? room : 0);
 }
@@ -174,8 +193,9 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
                             ll_client_control_time(c, s, now), now);
 }
 
-static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
-                       ll_time now)
+static __attribute__((always_inline)) inline void make_input(ll_client *c, const ll_client_setup *s,
+                                                             const ll_action *action, ll_time seen,
+                                                             ll_time now, const bool usual)
 {
     ll_pending_input *p = ll_client_pending(c, ++c->inputs.seq);
     c->inputs.tick++;
@@ -185,8 +205,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     note_input(c, s, action, now);
     *p = (ll_pending_input){.seq = c->inputs.seq, .made = now, .action = *action};
     p->action.view_age_ns =
-        age_ns((s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->inputs.tick)) - seen);
-    if (s->weapon_prediction)
+        age_ns((!usual && s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->inputs.tick)) - seen);
+    if (!usual && s->weapon_prediction)
         ll_weapon_prediction_input(c, s, p, seen, now);
     if (s->config->prediction)
         ll_predict_pending_inputs(c, s);
@@ -226,8 +246,9 @@ static __attribute__((noinline)) int put_state(const ll_client *c, ll_input_mess
     return (int)sizeof state;
 }
 
-static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
-                      uint32_t fresh, ll_input_message *m)
+static __attribute__((always_inline)) inline int put(const ll_client *c, const ll_client_setup *s,
+                                                     uint32_t first, uint32_t count, uint32_t fresh,
+                                                     ll_input_message *m, const bool usual)
 {
     const ll_pending_input *pending = c->pending;
     LL_ASSERT(count <= LL_INPUTS_MAX && first + count <= c->inputs.seq + 1);
@@ -240,11 +261,20 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
     m->lead = snapshot_age_of(c, s, m->tick);
     for (uint32_t i = 0; i < count; i++)
         m->inputs[i] = pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    if (usual)
+        return ll_input_message_size((int)count);
     int size = ll_input_message_size((int)count) + (s->selects ? put_received(c, m, (int)count) : 0);
     return s->reporter ? size + put_state(c, m, size) : size;
 }
 
-int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+static __attribute__((noinline)) int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first,
+                                                uint32_t count, uint32_t fresh, ll_input_message *m)
+{
+    return put(c, s, first, count, fresh, m, false);
+}
+
+__attribute__((noinline)) int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now,
+                                             void *packet)
 {
     if (c->inputs.unsent == 0 || ll_cheat_holds(s, now))
         return 0;
@@ -307,6 +337,48 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     return put_inputs(c, s, first, count, fresh, m);
 }
 
+/* The same of a usual client. */
+static inline int compose_usually(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
+{
+    const uint32_t seq = c->inputs.seq, fresh = seq - c->inputs.newest_sent, run = seq + 1 - c->inputs.run;
+    uint32_t open = seq - c->inputs.acked;
+    if (fresh == 0)
+        return 0;
+    c->inputs.newest_sent = seq;
+    if (c->inputs.unsent != 0) /* of a lag switch until now */
+        return ll_client_held(c, s, now, m);
+    if (open < fresh)
+        open = fresh; /* even if too late: the server reports by how much */
+    if (open > run)
+        open = run;
+    if (open == 0)
+        return 0;
+    const uint32_t wanted = fresh + (uint32_t)s->config->redundancy;
+    uint32_t count = wanted < open ? wanted : open;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    return put(c, s, seq - count + 1, count, fresh, m, true);
+}
+
+int ll_client_usual_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    ll_client_begin_tick(c, now);
+    ll_client_apply_newest(c, s, now);
+    if (!ll_connection_plays(&c->connection)) {
+        c->inputs.tick += s->sync->client_runs_ahead; /* the clock continues */
+        ll_client_miss(c, s, now);
+        return 0;
+    }
+    const ll_action action = act_usually(c, s, now);
+    const ll_time seen = c->drawing.view_time;
+    int made = inputs_due(c, s, &action, now, true);
+    for (; made > 0; made--)
+        make_input(c, s, &action, seen, now, true);
+    if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
+        ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
+    return compose_usually(c, s, now, packet);
+}
+
 int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     ll_client_begin_tick(c, now);
@@ -318,10 +390,22 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     }
     ll_time seen;
     ll_action action = act(c, s, &seen, now);
-    int made = inputs_due(c, s, &action, now);
+    int made = inputs_due(c, s, &action, now, false);
     for (int i = 0; i < made; i++)
-        make_input(c, s, &action, seen, now);
+        make_input(c, s, &action, seen, now, false);
     if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
         ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
     return compose(c, s, now, packet);
+}
+
+bool ll_client_is_usual(const ll_client_setup *s)
+{
+    const ll_sync_mode *sync = s->sync;
+    const ll_player_config *config = s->config;
+    return sync->tick == ll_client_tick && sync->display == ll_client_display && !sync->applies_on_arrival &&
+           sync->press_s == 0 && !sync->waits && !sync->answers && sync->sends_idle && !sync->observe &&
+           config->control == LL_CONTROL_SCRIPT && config->cheat == LL_CHEAT_NONE && config->send_hz == 0 &&
+           config->timer_jitter_ms == 0 && config->drift_ppm == 0 &&
+           (s->rules->timeout_s == 0 || s->rules->timeout_s >= LL_NOTICE / 1e9) && s->memo &&
+           !s->weapon_prediction && !s->reckoning && !s->reporter && !s->recent && !s->selects;
 }

@@ -127,6 +127,14 @@ static __attribute__((noinline)) ll_admitted receive_request(ll_server *server, 
                                          reply)};
 }
 
+bool ll_admission_is_of_game(const ll_server *server, int player, const void *packet)
+{
+    const ll_slot_connection *connection = &server->client_slots[player].connection;
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    return connection->connected && !asks(&head) && head.epoch == connection->epoch;
+}
+
 /* Most packets are of the game. */
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply)

@@ -19,6 +19,9 @@ typedef struct ll_admitted {
     int reply;   /* bytes written as an answer; 0: none */
 } ll_admitted;
 
+/* Whether a packet is of the game, in the present epoch. */
+bool ll_admission_is_of_game(const ll_server *server, int player, const void *packet);
+
 /* Processes any packet. `with_world`: the answer to an accepted player contains the world. */
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/keep.h"
 
 size_t ll_server_size(int players, ll_extent extent)
 {
@@ -160,7 +161,8 @@ static void measure_slack(ll_client_slot *client_slot, int64_t ahead, uint32_t s
 }
 
 /* The replacement of a refused input. */
-static ll_action replacement(const ll_server *server, const ll_client_slot *client_slot, int64_t tick)
+static __attribute__((noinline)) ll_action replacement(const ll_server *server,
+                                                       const ll_client_slot *client_slot, int64_t tick)
 {
     if (server->rules.refused == LL_REFUSED_NEUTRAL)
         return (ll_action){0};
@@ -179,8 +181,6 @@ static void mark_replaced(ll_slot_inputs *inputs, int64_t tick, bool replaced)
 static ll_action normalised(const ll_server *server, const ll_sync_mode *sync, const ll_action *input)
 {
     ll_action a = *input;
-    if (sync->press_s == 0)
-        return a;
     double ticks = sync->press_s * (double)server->client_freq / 1000;
     if (ticks > 1) {
         a.axis[0] = (float)(a.axis[0] / ticks);
@@ -199,22 +199,23 @@ static double budget_use(const ll_server *server, const ll_sync_mode *sync, cons
     return ((double)ahead + 1) / (double)ll_budget_ticks(server->client_freq);
 }
 
-/* An input as it arrived. */
-typedef struct arrived_input {
-    const ll_action *action;
-    int64_t ahead; /* steps before its own */
-    double use;    /* of the time budget */
-    ll_time now;
-} arrived_input;
+static __attribute__((noinline)) ll_rule judge_normalised(const ll_server *server, const ll_sync_mode *sync,
+                                                          ll_client_slot *client_slot,
+                                                          const ll_action *action, double use, ll_time now)
+{
+    const ll_action relative = normalised(server, sync, action);
+    return ll_validate(&relative, use, &client_slot->limits.allowance, server->client_freq, now);
+}
 
-static ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
-                     const arrived_input *input)
+/* An input that arrived `ahead` steps before its own, and uses so much of the time budget. */
+static inline ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
+                            const ll_action *action, int64_t ahead, double use, ll_time now)
 {
     if (!server->rules.validates) /* the ring has no slot further ahead */
-        return input->ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
-    const ll_action relative = normalised(server, sync, input->action);
-    return ll_validate(&relative, input->use, &client_slot->limits.allowance, server->client_freq,
-                       input->now);
+        return ahead >= LL_INPUT_RING && !sync->applies_on_arrival ? LL_RULE_BUDGET : LL_RULE_NONE;
+    if (sync->press_s != 0)
+        return judge_normalised(server, sync, client_slot, action, use, now);
+    return ll_validate(action, use, &client_slot->limits.allowance, server->client_freq, now);
 }
 
 /* The newest snapshot that the client had; 0: none. */
@@ -234,17 +235,15 @@ static ll_input_slot *input_place(ll_slot_inputs *inputs, int64_t tick, uint32_t
     return &inputs->ring[tick & (LL_INPUT_RING - 1)];
 }
 
-/* Decides input `i` of a message, a new one. A function of its own: most inputs of a message are repeated,
- * and passing over these must cost little. */
-static __attribute__((noinline)) void take_input(ll_server *server, const ll_sync_mode *sync,
-                                                 ll_client_slot *client_slot, const ll_input_message *message,
-                                                 int i, ll_time now, ll_input_result *result)
+/* Decides input `i` of a message, a new one. */
+static inline void take_input(ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
+                              const ll_input_message *message, int i, ll_time now, ll_input_result *result)
 {
     const int64_t tick = message->tick + i, ahead = tick - decided_upto(server, sync, client_slot);
     const ll_action *action = &message->inputs[i];
     const double use = budget_use(server, sync, client_slot, action, ahead, now);
     *result = (ll_input_result){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
-    const ll_rule rule = judge(server, sync, client_slot, &(arrived_input){action, ahead, use, now});
+    const ll_rule rule = judge(server, sync, client_slot, action, ahead, use, now);
     if (rule != LL_RULE_NONE) {
         client_slot->counts.refused[rule]++;
         result->outcome = LL_OUTCOME_REFUSED;
@@ -267,7 +266,7 @@ static __attribute__((noinline)) void take_input(ll_server *server, const ll_syn
     }
     ll_input_slot *slot = input_place(&client_slot->inputs, tick, result->seq, rule != LL_RULE_NONE);
     *slot = (ll_input_slot){tick, now, *action, result->seq, received_of(message)};
-    if (rule != LL_RULE_NONE)
+    if (__builtin_expect(rule != LL_RULE_NONE, 0))
         slot->action = replacement(server, client_slot, tick);
     if (i >= message->head.count - message->fresh) /* a repeated one says nothing about the link's delay */
         measure_slack(client_slot, ahead, result->seq);
@@ -292,6 +291,7 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
 {
     const ll_input_message *message = packet;
     ll_client_slot *client_slot = &server->client_slots[player];
+    LL_KEEP(client_slot);
     ll_slot_inputs *inputs = &client_slot->inputs;
     const int all = message->head.count;
     const int64_t first = message->tick, received = received_of(message);

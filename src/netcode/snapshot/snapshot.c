@@ -132,7 +132,7 @@ static ll_status not_finite(int entity)
                     entity);
 }
 
-ll_status ll_decoded(ll_bit_reader *r, const ll_world *world)
+ll_status ll_decoded_slowly(ll_bit_reader *r, const ll_world *world)
 {
     LL_TRY(ended(r));
     for (int i = 0; i < world->entities; i++)

@@ -137,7 +137,13 @@ typedef struct ll_client_setup {
     ll_freq display_freq;            /* of displays that are not made with the ticks */
     double bucket_delay_ms;          /* with buckets: the playout delay */
     bool selects;                    /* snapshots contain only some of the entities */
+    bool usual;                      /* ll_client_is_usual */
 } ll_client_setup;
+
+/* Whether a client is as most are: a script plays it by the rules, it steps with the server's clock, sends an
+ * input with each tick, and its machine is exact. Its ticks and displays ask for nothing that only others do;
+ * apart from their cost they do the same. */
+bool ll_client_is_usual(const ll_client_setup *setup);
 
 size_t ll_client_size(ll_extent extent); /* a multiple of 8 */
 void ll_client_init(ll_client *client, int self, const ll_world *start);
@@ -212,12 +218,17 @@ int ll_client_tick(ll_client *client, const ll_client_setup *setup, ll_time now,
 /* One display: applies received snapshots and draws. */
 void ll_client_display(ll_client *client, const ll_client_setup *setup, ll_time now);
 
+/* The same of a usual client. */
+int ll_client_usual_tick(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+void ll_client_usual_display(ll_client *client, const ll_client_setup *setup, ll_time now);
+
 /* Recomputes client->due, after it acted or a packet arrived. */
 void ll_client_set_due(ll_client *client, const ll_client_setup *setup);
 
 /* After a tick: sets the time of the next, late according to `timer_jitter_ms`. After a display: the time of
  * the next one. */
 void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, ll_time now);
+void ll_client_set_usual_timer(ll_client *client);
 void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 
 /* Packets that a lag switch held back and releases at `now`, to be sent after that of the frame. Returns the

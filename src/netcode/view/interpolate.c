@@ -61,10 +61,13 @@ typedef struct place {
 static inline place find(ll_client *c, ll_time time)
 {
     int64_t oldest = ll_client_oldest(c), i = c->snapshots.received - 1;
-    while (i > oldest && ll_client_state(c, i)->time > time)
-        i--;
-    place p = {.index = i, .a = ll_client_state(c, i)};
-    p.b = i + 1 < c->snapshots.received ? ll_client_state(c, i + 1) : p.a;
+    place p = {.a = ll_client_state(c, i)};
+    p.b = p.a;
+    while (p.a->time > time && i > oldest) {
+        p.b = p.a;
+        p.a = ll_client_state(c, --i);
+    }
+    p.index = i;
     if (p.b->time > p.a->time && time > p.a->time) {
         p.alpha = (double)(time - p.a->time) / (double)(p.b->time - p.a->time);
         p.span_s = ll_to_s(p.b->time - p.a->time);
@@ -161,11 +164,11 @@ static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target
 }
 
 /* Stops render time where nothing newer is known, and counts under-runs and overruns. */
-static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state moved, bool jumped, ll_time now)
+static inline void take_stock(ll_client *c, const ll_client_setup *s, ll_time newest, ll_view_state moved,
+                              bool jumped, ll_time now)
 {
     ll_client_view *view = &c->view;
-    ll_time newest = ll_client_state(c, c->snapshots.received - 1)->time,
-            reach = newest + ll_ms(s->config->extrapolation_ms);
+    ll_time reach = newest + ll_ms(s->config->extrapolation_ms);
     bool was_dry = view->underrun;
     view->held = view->render > reach;
     if (view->held) {
@@ -210,7 +213,7 @@ static bool has_error(const ll_view_error *e)
 }
 
 /* Draws what may not be drawn yet as in the last display that settled. False: that may be any. */
-static bool draw_recent(ll_client *c, const ll_client_setup *s, const place *p)
+static __attribute__((noinline)) bool draw_recent(ll_client *c, const ll_client_setup *s, const place *p)
 {
     ll_recent *r = s->recent;
     ll_entity_list list;
@@ -238,7 +241,7 @@ static bool draw_recent(ll_client *c, const ll_client_setup *s, const place *p)
     return true;
 }
 
-static void draw_others(ll_client *c, const ll_client_setup *s)
+static inline void draw_others(ll_client *c, const ll_client_setup *s, ll_time newest)
 {
     ll_client_view *view = &c->view;
     const place p = find(c, view->render);
@@ -259,7 +262,7 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
     marks[c->self] = own;
     c->drawing.alpha = p.alpha;
     c->drawing.depth = c->snapshots.received - 1 - p.index;
-    c->drawing.buffer_ms = ll_to_ms(ll_client_state(c, c->snapshots.received - 1)->time - mark.time);
+    c->drawing.buffer_ms = ll_to_ms(newest - mark.time);
 }
 
 /* The newest server time that could be known. With interpolation: that of a snapshot as fast as the fastest.
@@ -280,6 +283,7 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
     c->view.delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
     ll_view_state moved = move(c, s, reference(c, s, now) - c->view.delay, &jumped);
-    take_stock(c, s, moved, jumped, now);
-    draw_others(c, s);
+    const ll_time newest = ll_client_state(c, c->snapshots.received - 1)->time;
+    take_stock(c, s, newest, moved, jumped, now);
+    draw_others(c, s, newest);
 }

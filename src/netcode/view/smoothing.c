@@ -46,7 +46,7 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
     double worst = 0, keep = 0;
     ll_world *shown = ll_client_rendered(c);
     const bool counts = (s->client_metrics->observes & LL_OBSERVE_FRAMES) && now >= s->client_metrics->from;
-    if (!c->view.has_errors) { /* most frames */
+    if (!c->view.has_errors) {
         if (counts)
             ll_histogram_add(&s->client_metrics->histogram[LL_METRIC_POP], 0);
         return;

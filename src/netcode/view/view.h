@@ -29,17 +29,18 @@ typedef struct ll_stretch {
 } ll_stretch;
 
 /* A method's `all`, of its `between`. */
-static inline void ll_interpolate_all(const ll_stretch *p,
+static inline void ll_interpolate_all(const ll_stretch *stretch,
                                       void (*between)(const ll_entity *, const ll_entity *, double, double,
                                                       ll_entity *))
 {
-    for (int i = 0; i < p->count; i++) {
-        const ll_entity *a = &p->a[i], *b = &p->b[i];
-        ll_entity *out = &p->out[i];
-        if (i == p->self)
+    const ll_stretch p = *stretch; /* a copy: what is written to an entity cannot change it */
+    for (int i = 0; i < p.count; i++) {
+        const ll_entity *a = &p.a[i], *b = &p.b[i];
+        ll_entity *out = &p.out[i];
+        if (i == p.self)
             continue;
-        if (p->alpha > 0 && ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) {
-            between(a, b, p->alpha, p->span_s, out);
+        if (p.alpha > 0 && ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) {
+            between(a, b, p.alpha, p.span_s, out);
             out->flags = a->flags;
         } else { /* at a, or a flight began or ended */
             *out = *a;

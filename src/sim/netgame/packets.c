@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/keep.h"
 #include "sim/netgame/parts.h"
 
 static __attribute__((noinline)) void record_sending(const ll_netgame_run *run, int player,
@@ -88,10 +89,25 @@ static __attribute__((noinline)) void send_rarely(ll_netgame_run *run, int playe
         send_by_transport(run, player, up, packet, bytes);
 }
 
+/* An unrecorded message on a link with impairments, whose fate no one asks for. */
+static bool send_single(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
+{
+    const ll_netgame_seat *seat = &run->seat[player];
+    const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
+    ll_message_head head;
+    if (run->recorder || run->observes & LL_OBSERVE_INPUTS || plan->stages == 0 ||
+        !ll_link_send_single(up ? seat->up : seat->down, plan, run->game->now, packet, bytes))
+        return false;
+    memcpy(&head, packet, sizeof head);
+    note_sent(run, seat, up, head.type, bytes, 1);
+    return true;
+}
+
 /* The usual message takes the short way: unrecorded, on a link without impairments. */
 void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes)
 {
     const ll_netgame_seat *seat = &run->seat[player];
+    LL_KEEP(seat);
     const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
     ll_message_head head;
     ll_time due;
@@ -100,7 +116,8 @@ void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packe
         send_rarely(run, player, up, packet, bytes);
     } else if (run->recorder || plan->stages != 0 ||
                !ll_link_send_plain(up ? seat->up : seat->down, plan, run->game->now, packet, bytes, &due)) {
-        send_packet(run, player, up, packet, bytes);
+        if (!send_single(run, player, up, packet, bytes))
+            send_packet(run, player, up, packet, bytes);
     } else {
         memcpy(&head, packet, sizeof head);
         note_sent(run, seat, up, head.type, bytes, 1);
@@ -171,9 +188,21 @@ static __attribute__((noinline)) void refuse(ll_netgame_run *run, int player, co
     ll_netgame_send(run, player, false, &refusal, (int)sizeof refusal);
 }
 
+static __attribute__((noinline)) void watch_result(ll_netgame_run *run, int player,
+                                                   const ll_input_result *result)
+{
+    if (run->observes & LL_OBSERVE_INPUTS)
+        note_result(run, run->seat[player].metrics, result);
+    if (run->recorder)
+        record_result(run, player, result);
+    if (result->outcome == LL_OUTCOME_REFUSED)
+        refuse(run, player, result);
+}
+
 static void server_takes(ll_netgame_run *run, int player, const void *packet)
 {
-    ll_input_result results[LL_INPUTS_MAX];
+    const bool watches = (run->observes & LL_OBSERVE_INPUTS) || run->recorder;
+    ll_input_result *results = run->results;
     const ll_sync_mode *sync = run->sync;
     ll_netgame_seat *seat = &run->seat[player];
     if (run->detection)
@@ -183,14 +212,9 @@ static void server_takes(ll_netgame_run *run, int player, const void *packet)
         n = sync->take(run->server, sync, player, packet, run->game->now, results);
         if (run->reports)
             ll_reports_take(run->reports, run->server, player, packet);
-        for (int i = 0; i < n; i++) {
-            if (run->observes & LL_OBSERVE_INPUTS)
-                note_result(run, seat->metrics, &results[i]);
-            if (run->recorder)
-                record_result(run, player, &results[i]);
-            if (results[i].outcome == LL_OUTCOME_REFUSED)
-                refuse(run, player, &results[i]);
-        }
+        for (int i = 0; i < n; i++)
+            if (watches || results[i].outcome == LL_OUTCOME_REFUSED)
+                watch_result(run, player, &results[i]);
     } while (run->meshed && n == LL_INPUTS_MAX); /* it must have all that the receiver gets */
     seat->slot->inputs.repeats += n == 0;
 }
@@ -201,6 +225,10 @@ static bool server_receives(ll_netgame_run *run, int player, const void *packet)
     const ll_sync_mode *sync = run->sync;
     ll_server *server = run->server;
     const ll_time now = run->game->now;
+    if (ll_admission_is_of_game(server, player, packet)) {
+        server_takes(run, player, packet);
+        return true;
+    }
     bool with_world = sync->start != NULL && now >= 0; /* before time 0 all clients have the world */
     ll_admitted done = ll_admission_receive(server, with_world, player, packet, now, run->composed);
     if (done.joined)
@@ -209,9 +237,7 @@ static bool server_receives(ll_netgame_run *run, int player, const void *packet)
         sync->join(server, sync, player, now);
     if (done.reply > 0)
         ll_netgame_send(run, player, false, run->composed, done.reply);
-    if (done.game)
-        server_takes(run, player, packet);
-    return done.game;
+    return false;
 }
 
 /* By the general way of a link, which gives the same as the short one: a second use of that would slow it for
@@ -320,10 +346,11 @@ static bool client_connects(ll_netgame_run *run, int player, const void *packet,
 {
     ll_netgame_seat *seat = &run->seat[player];
     int64_t joins = seat->client->connection.joins;
-    bool taken = ll_connection_receive(seat->client, &seat->setup, packet, bytes, run->game->now);
+    if (!ll_connection_receive(seat->client, &seat->setup, packet, bytes, run->game->now))
+        return false;
     if (seat->client->connection.joins != joins)
         client_joined(run, player);
-    return taken;
+    return true;
 }
 
 /* The next packet of a link, where it lies or in `received`; valid until the link gets another. */

@@ -27,6 +27,7 @@ typedef struct ll_netgame_seat {
     ll_transport *transport; /* NULL: messages are packets */
     ll_link *loop;         /* of the messages of its machine to itself; NULL: the server is on another one */
     bool rare;             /* it has one of these two */
+    bool plain;            /* it has none of these three */
     ll_nearness *nearness; /* NULL: snapshots contain every entity */
     ll_link_plan up_plan, down_plan;
     ll_client_setup setup;
@@ -57,6 +58,7 @@ typedef struct ll_netgame_run {
     uint32_t observes; /* bits of ll_observation */
     uint64_t waiting; /* a bit per player: it may have changes of controls that a display has not shown yet */
     ll_netgame_seat seat[LL_PLAYERS_MAX];
+    ll_input_result results[LL_INPUTS_MAX]; /* of the inputs of a packet */
     _Alignas(8) char received[LL_NETGAME_PACKET_MAX];
     _Alignas(8) char composed[LL_NETGAME_PACKET_MAX];
 } ll_netgame_run;

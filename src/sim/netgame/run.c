@@ -1,6 +1,7 @@
 /* Whose turn is next: packets, the server and the clients, in the order of virtual time. */
 #include <stdio.h>
 
+#include "base/keep.h"
 #include "base/pair.h"
 #include "netcode/state/peer.h"
 #include "sim/netgame/parts.h"
@@ -171,7 +172,7 @@ static __attribute__((noinline)) void send_copies(ll_netgame_run *run, int playe
         }
 }
 
-static void client_ticks(ll_netgame_run *run, int player)
+static __attribute__((noinline)) void client_ticks(ll_netgame_run *run, int player)
 {
     ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
@@ -189,6 +190,21 @@ static void client_ticks(ll_netgame_run *run, int player)
         run->sync->observe(ll_netgame_desync(run->game, player), client, s, run->server);
         if (run->spectators)
             ll_netgame_feed_spectators(run, player);
+    }
+}
+
+/* The same of a usual client, which is no peer. */
+static inline void client_ticks_usually(ll_netgame_run *run, ll_netgame_seat *seat, int player)
+{
+    ll_client *client = seat->client;
+    const ll_client_setup *s = &seat->setup;
+    const ll_time now = run->game->now;
+    int bytes = ll_client_usual_tick(client, s, now, run->composed);
+    ll_netgame_watch_tick(run, player);
+    ll_client_set_usual_timer(client);
+    while (bytes > 0) {
+        ll_netgame_send(run, player, true, run->composed, bytes);
+        bytes = client->inputs.unsent == 0 ? 0 : ll_client_held(client, s, now, run->composed);
     }
 }
 
@@ -228,12 +244,14 @@ static __attribute__((noinline)) void watch_shots(ll_netgame_run *run, int playe
 }
 
 /* A client's prediction may diverge before the server does: false then. */
-static bool client_displays(ll_netgame_run *run, int player, divergence *where)
+static inline bool client_displays(ll_netgame_run *run, ll_netgame_seat *seat, int player, divergence *where)
 {
-    ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
     const ll_time now = run->game->now;
-    run->sync->display(client, &seat->setup, now);
+    if (seat->setup.usual)
+        ll_client_usual_display(client, &seat->setup, now);
+    else
+        run->sync->display(client, &seat->setup, now);
     ll_client_set_display(client, &seat->setup);
     if (run->recorder)
         record_display(run, player);
@@ -243,7 +261,10 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     if (!(recent && recent->shows ? finite_shown(shown, recent, &where->entity)
                                   : finite_world(shown, &where->entity)))
         return false;
-    ll_netgame_observe_display(run, player);
+    if (run->observes & (LL_OBSERVE_INPUTS | LL_OBSERVE_VIEWS))
+        ll_netgame_observe_display(run, player);
+    else
+        ll_client_metrics_drawn(seat->metrics, client->displays.elapsed, now);
     if (run->shots)
         watch_shots(run, player);
     if (player == run->players - 1)
@@ -251,17 +272,18 @@ static bool client_displays(ll_netgame_run *run, int player, divergence *where)
     return true;
 }
 
-static bool client_acts(ll_netgame_run *run, int player, divergence *where)
+static inline bool client_acts(ll_netgame_run *run, ll_netgame_seat *seat, int player, divergence *where)
 {
-    ll_netgame_seat *seat = &run->seat[player];
     ll_client *client = seat->client;
     const ll_client_setup *s = &seat->setup;
     const ll_time now = run->game->now;
     bool ticks = client->ticks.due <= now,
          displays = s->display_freq == 0 ? ticks : client->displays.due <= now;
-    if (ticks)
+    if (ticks && s->usual)
+        client_ticks_usually(run, seat, player);
+    else if (ticks)
         client_ticks(run, player);
-    bool finite = !displays || client_displays(run, player, where);
+    bool finite = !displays || client_displays(run, seat, player, where);
     ll_client_set_due(client, s);
     if (client->due > now)
         return finite; /* nothing is due for its connection */
@@ -333,10 +355,15 @@ static turn arrival_of(const ll_link *link, actor who, int player)
 /* The next turns: of the server and of the players. Each is computed again only if the last event may have
  * changed it. Those of the players are the leaves of a tree in which every node has the first of its two
  * children, which are at twice its index and after that: the root, at 1, has the first of all. */
+typedef struct player_turns {
+    turn acts, up, down; /* of a player: its client's, and of packets on its links */
+} player_turns;
+
 typedef struct schedule {
     turn step, update, tend; /* the server's */
     turn server;             /* the first of them */
-    unsigned leaves;         /* a power of two; player i is at leaves + i, and the rest have no turn */
+    player_turns of[LL_PLAYERS_MAX];
+    unsigned leaves; /* a power of two; player i is at leaves + i, and the rest have no turn */
     turn tree[2 * LL_PLAYERS_MAX];
 } schedule;
 
@@ -374,6 +401,28 @@ static void renew_update(const ll_netgame_run *run, schedule *next)
     next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
+static inline void renew_acts(const ll_netgame_seat *seat, player_turns *of, int player, ll_time now)
+{
+    const ll_time due = seat->client->due;
+    /* a received packet may have made something due */
+    of->acts = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
+}
+
+static inline void renew_up(const ll_netgame_seat *seat, player_turns *of, int player)
+{
+    of->up = arrival_of(seat->up, ACTOR_UP, player);
+}
+
+static inline void renew_down(const ll_netgame_seat *seat, player_turns *of, int player)
+{
+    of->down = arrival_of(seat->down, ACTOR_DOWN, player);
+}
+
+static inline turn first_of(const player_turns *of)
+{
+    return earlier(earlier(of->acts, of->up), of->down);
+}
+
 /* Where the server is on a player's machine any packet may be one of the server's: its turns, and what it has
  * sent, are found again with each. Without a host it has no turn. */
 static __attribute__((noinline)) void renew_hosted(const ll_netgame_run *run, schedule *next)
@@ -403,14 +452,14 @@ static __attribute__((noinline)) turn renew_rare(const ll_netgame_run *run, sche
     return earlier(first, arrival_of(seat->loop, ACTOR_TRANSPORT, player));
 }
 
-static void renew_player(const ll_netgame_run *run, schedule *next, int player)
+static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, schedule *next, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
-    const ll_time now = run->game->now, due = seat->client->due;
-    /* a received packet may have made something due */
-    turn first = turn_of(due > now ? due : now, ACTOR_CLIENT, player);
-    first = earlier(first, arrival_of(seat->up, ACTOR_UP, player));
-    first = earlier(first, arrival_of(seat->down, ACTOR_DOWN, player));
+    player_turns *of = &next->of[player];
+    renew_acts(seat, of, player, run->game->now);
+    renew_up(seat, of, player);
+    renew_down(seat, of, player);
+    turn first = first_of(of);
     if (seat->dejitter)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
     if (seat->rare)
@@ -443,9 +492,9 @@ static __attribute__((noinline)) void renew_all(const ll_netgame_run *run, sched
 static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 {
     for (int i = 0; i < run->players; i++) {
-        set_player(
-            next, i,
-            earlier(next->tree[next->leaves + (unsigned)i], arrival_of(run->seat[i].down, ACTOR_DOWN, i)));
+        renew_down(&run->seat[i], &next->of[i], i);
+        if (next->of[i].down < next->tree[next->leaves + (unsigned)i])
+            set_player(next, i, next->of[i].down);
         if (run->seat[i].rare)
             renew_player(run, next, i);
     }
@@ -455,7 +504,11 @@ static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence *where)
 {
     const int player = player_of(now);
+    ll_netgame_seat *seat = &run->seat[player];
+    player_turns *of = &next->of[player];
     bool finite = true;
+    LL_KEEP(seat);
+    LL_KEEP(of);
     switch (actor_of(now)) {
     case ACTOR_UP:
         ll_netgame_deliver_up(run, player);
@@ -463,9 +516,13 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
             renew_step(run, next);
         if (run->meshed)
             renew_arrivals(run, next);
+        renew_up(seat, of, player);
+        renew_down(seat, of, player); /* it may have answered */
         break;
     case ACTOR_DOWN:
         ll_netgame_deliver_down(run, player);
+        renew_down(seat, of, player);
+        renew_acts(seat, of, player, run->game->now);
         break;
     case ACTOR_PLAYOUT:
         ll_netgame_deliver_held(run, player);
@@ -488,7 +545,8 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         if (run->spectators)
             ll_netgame_feed_spectators(run, -1);
         renew_update(run, next);
-        renew_step(run, next); /* what it has sent may be what a relay waits for */
+        if (run->sync->steps_by_inputs)
+            renew_step(run, next); /* what it has sent may be what a relay waits for */
         renew_arrivals(run, next);
         return true;
     case ACTOR_TEND:
@@ -501,10 +559,15 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         renew_all(run, next);
         return true;
     case ACTOR_CLIENT:
-        finite = client_acts(run, player, where);
+        finite = client_acts(run, seat, player, where);
+        renew_acts(seat, of, player, run->game->now);
+        renew_up(seat, of, player);
         break;
     }
-    renew_player(run, next, player);
+    if (seat->plain)
+        set_player(next, player, first_of(of));
+    else
+        renew_player(run, next, player);
     return finite;
 }
 
@@ -530,9 +593,11 @@ static void take_seat(ll_netgame_run *run, int i)
         .setup = ll_netgame_client_setup(g, i, run->recorder),
         .memo.until = INT64_MIN};
     run->seat[i].setup.memo = &run->seat[i].memo;
+    run->seat[i].setup.usual = ll_client_is_usual(&run->seat[i].setup);
     if (run->hosting)
         run->seat[i].loop = (ll_link *)(block + ll_netgame_hosts_of(g)->loop[i]);
     run->seat[i].rare = run->seat[i].transport || run->seat[i].loop;
+    run->seat[i].plain = !run->seat[i].rare && !run->seat[i].dejitter;
     if (run->seat[i].setup.selects) {
         run->seat[i].nearness = ll_netgame_nearness(g, i);
         run->seat[i].nearness->near_m = g->config.server.selection.radius_m / 4;
