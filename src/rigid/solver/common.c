@@ -116,7 +116,7 @@ static void place_contacts(void *context, int part, int parts)
 int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll_colour_spans *spans)
 {
     enum { least = 512 }; /* a contact takes 10 to 20 ns */
-    int parts = contacts.count < least ? 1 : ll_team_parts(team);
+    int parts = ll_team_parts_of(team, contacts.count, least);
     ordering o; /* not all of it is used, nor cleared */
     o.w = w;
     o.contacts = contacts;

@@ -71,13 +71,15 @@ static const ll_soft_loops *loops_of(const ll_rigid *w)
 
 /* ---- contacts into lanes and back ---- */
 
-static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
+/* Of a lane that is cleared. */
+static void leave_empty(const ll_rigid *w, ll_wide_contact *c, int lane)
 {
     c->a[lane] = c->b[lane] = w->limits.bodies;
     c->contact[lane] = LL_NONE;
-    c->points[lane] = 0;
-    c->ma[lane] = c->ia[lane] = c->mb[lane] = c->ib[lane] = 0;
-    c->nx[lane] = c->ny[lane] = c->friction[lane] = 0;
+}
+
+static void clear_points(ll_wide_contact *c, int lane)
+{
     for (int k = 0; k < 2; k++) {
         double *p = (double *)&c->at[k];
         for (size_t i = 0; i < sizeof c->at[k] / sizeof(double) / LL_LANES; i++)
@@ -113,7 +115,7 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
     const ll_body_sim *a = &ll_body_sims(w)[from->body[0]], *b = &ll_body_sims(w)[from->body[1]];
     ll_vec2 n = from->normal;
     if (from->count < 2)
-        empty_lane(w, c, lane);
+        clear_points(c, lane);
     c->a[lane] = from->body[0];
     c->b[lane] = from->body[1];
     c->contact[lane] = contact;
@@ -145,10 +147,14 @@ static void fill(void *context, int part, int parts)
     for (int32_t i = of.begin * LL_LANES; i < of.end * LL_LANES; i++) {
         if (i + 8 < f->count)
             ll_prefetch_contact(&ll_contacts(w)[f->contacts[i + 8]]);
+        ll_wide_contact *c = &f->batch->at[i / LL_LANES];
+        int lane = i % LL_LANES;
+        if (lane == 0 && f->count - i < LL_LANES)
+            memset(c, 0, sizeof *c);
         if (i < f->count)
-            fill_lane(w, &f->batch->at[i / LL_LANES], i % LL_LANES, f->contacts[i]);
+            fill_lane(w, c, lane, f->contacts[i]);
         else
-            empty_lane(w, &f->batch->at[i / LL_LANES], i % LL_LANES);
+            leave_empty(w, c, lane);
     }
 }
 
@@ -244,27 +250,33 @@ static void pass_part(void *context, int part, int parts)
     const contact_pass *p = context;
     ll_share of = ll_share_of(p->batch->count, part, parts);
     ll_soft_pass pass = *p->pass;
-    pass.sink = parts > 1 && p->batch->fixed ? p->first_sink + part : LL_NONE;
+    pass.sink = p->batch->fixed ? p->first_sink + part : LL_NONE;
     p->loop(p->batch->at + of.begin, of.end - of.begin, p->states, &pass);
 }
 
 /* Contacts beyond the colours share movable bodies: one thread solves them. `alone`: the scalar loop. */
 static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alone, const ll_soft_pass pass[2])
 {
+    ll_solver_body *states = ll_solver_bodies(g->w);
     for (int32_t i = 0; i < g->all.count; i++) {
         const batch *b = &g->all.at[i];
+        ll_team *team = b->alone ? NULL : g->team;
+        if (ll_team_parts_of(team, b->count, team_contacts) == 1) {
+            (b->alone ? alone : wide)(b->at, b->count, states, &pass[b->fixed]);
+            continue;
+        }
         contact_pass p = {.batch = b,
-                          .states = ll_solver_bodies(g->w),
-                          .loop = b->alone ? alone : wide,
+                          .states = states,
+                          .loop = wide,
                           .pass = &pass[b->fixed],
                           .first_sink = ll_first_sink(g->w)};
-        ll_team_run(b->alone ? NULL : g->team, b->count, team_contacts, pass_part, &p);
+        ll_team_run(team, b->count, team_contacts, pass_part, &p);
     }
 }
 
 static void warm_start(const soft_group *g)
 {
-    const ll_soft_pass none[2] = {0};
+    const ll_soft_pass none[2] = {{.sink = LL_NONE}, {.sink = LL_NONE}};
     pass_all(g, g->loops->warm_start, ll_soft_scalar.warm_start, none);
 }
 
