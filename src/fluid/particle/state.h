@@ -194,6 +194,14 @@ void ll_particle_sort_walls(ll_particles *p);
 /* Finds all pairs closer than `reach`, and computes their vectors and kernels. */
 ll_particle_fault ll_particle_pairs(ll_particles *p, double reach, ll_team *team);
 
+/* Writes those of the particles begin..end - 1 that are nearer to `a` than the root of reach2, in their
+ * order, and returns their number. Writes up to LL_PARTICLE_NEAR_LANES more numbers than there are particles,
+ * and reads as far. */
+#define LL_PARTICLE_NEAR_LANES 4
+typedef int32_t ll_particle_near(const double *x, const double *y, int32_t a, int32_t begin, int32_t end,
+                                 double reach2, int32_t *pair);
+ll_particle_near ll_particle_near_base, ll_particle_near_avx2;
+
 /* Of one pair, by the formulas of geometry.inc. */
 typedef struct ll_particle_pair_geometry {
     double ex, ey, slope, kernel;
