@@ -37,12 +37,4 @@ int32_t ll_particle_near_avx2(const double *x, const double *y, int32_t a, int32
     return count;
 }
 
-#else
-
-int32_t ll_particle_near_avx2(const double *x, const double *y, int32_t a, int32_t begin, int32_t end,
-                              double reach2, int32_t *pair)
-{
-    return ll_particle_near_base(x, y, a, begin, end, reach2, pair);
-}
-
 #endif
