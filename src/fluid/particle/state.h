@@ -14,7 +14,8 @@ typedef enum ll_particle_field {
     LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
     LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
     LL_PARTICLE_STATES,
-    LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
+    LL_PARTICLE_REACHED = LL_PARTICLE_STATES, /* k of dfsph's last iteration */
+    LL_PARTICLE_X0 = LL_PARTICLE_STATES,      /* before the substep */
     LL_PARTICLE_Y0,
     LL_PARTICLE_SORTED,
     LL_PARTICLE_AX = LL_PARTICLE_SORTED, /* acceleration; of walls: the fluid's force on them over their
