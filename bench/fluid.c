@@ -80,6 +80,19 @@ static void *open_particles_coarse(const bench_case *c)
     return start(&setup, &params);
 }
 
+/* As large a tolerance and as few substeps as the pool stays stable with. */
+static void *open_particles_tolerant(const bench_case *c)
+{
+    ll_particle_setup setup;
+    ll_particle_params params;
+    ll_particle_scene_setup(ll_particle_scene_named("pool"), 400, &setup, &params);
+    must(ll_param_set(&ll_particle_table, &params, "method", c->method, false));
+    params.cfl = 0.8;
+    params.iterations = 100;
+    params.tolerance = 5e-3;
+    return start(&setup, &params);
+}
+
 static void step_particles(void *block, int64_t number)
 {
     (void)number;
@@ -156,6 +169,8 @@ static const bench_case cases[] = {
     {"particles", "pbf", 60, open_particles, step_particles, note_particles},
     {"particles", "dfsph", 20, open_particles, step_particles, note_particles},
     {"particles by two iterations", "pbf", 60, open_particles_coarse, step_particles, note_particles},
+    {"particles by a tolerance of 0.005", "dfsph", 20, open_particles_tolerant, step_particles,
+     note_particles},
     {"ocean", "gerstner", 60, open_ocean, step_ocean, note_ocean},
     {"ocean", "spectrum", 20, open_ocean, step_ocean, note_ocean},
     {"ocean", "tiled", 60, open_ocean, step_ocean, note_ocean},

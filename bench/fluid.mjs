@@ -33,6 +33,7 @@ const COARSE = 'particles by two iterations';
 for (const [name, method] of [
   ['particles', 'pbf'],
   [COARSE, 'pbf'],
+  ['particles by a tolerance of 0.005', 'dfsph'],
   ['particles', 'dfsph'],
 ])
   for (const [round, { mean, max }] of (await compressions(name, method)).entries())

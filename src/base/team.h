@@ -36,11 +36,17 @@ static inline int ll_team_parts(const ll_team *team)
     return team == NULL ? 1 : team->parts;
 }
 
-/* Runs a job over `count` elements; alone without a team, and when there are fewer than `least`, which the
- * caller chooses so that a part takes longer than the threads need to meet, about a microsecond. */
+/* The parts that `count` elements are done in: one without a team, and when there are fewer than `least`,
+ * which the caller chooses so that a part takes longer than the threads need to meet, about a microsecond. */
+static inline int ll_team_parts_of(const ll_team *team, int32_t count, int32_t least)
+{
+    return team == NULL || count < least ? 1 : team->parts;
+}
+
+/* Runs a job over `count` elements in these parts. */
 static inline void ll_team_run(ll_team *team, int32_t count, int32_t least, ll_team_job *job, void *context)
 {
-    if (team == NULL || team->parts == 1 || count < least)
+    if (ll_team_parts_of(team, count, least) == 1)
         job(context, 0, 1);
     else
         team->run(team, job, context);

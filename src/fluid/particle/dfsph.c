@@ -2,7 +2,11 @@
  *
  * Two solves per substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that starts
  * from the last substep: one removes the divergence of the velocity, the other corrects the predicted density
- * to its rest value. k is never negative, so there is no tension at the surface. */
+ * to its rest value. k is never negative, so there is no tension at the surface. Each iteration goes on
+ * beyond its result by a fraction of the change (Y. Nesterov, Soviet Math. Dokl. 27, 1983; with such a bound:
+ * H. Mazhar et al., ACM Trans. Graph. 34 (2015)): a third of the iterations then does. */
+#include <string.h>
+
 #include "fluid/particle/state.h"
 
 /* Time in which excess density is removed, in h over the speed of sound. Removing it at once would need
@@ -12,6 +16,17 @@
 static double dt_limit(const ll_particles *p, double speed)
 {
     return p->params.cfl * p->setup.spacing / (speed + 1e-9 * p->setup.spacing);
+}
+
+/* Momentum: that fraction, less with a larger relaxation. An error that an iteration multiplies by 1 - r
+ * shrinks while r < (2 + 2 m) / (1 + 2 m); r is at most LARGEST times the relaxation. */
+#define MOMENTUM 0.85
+#define LARGEST 2.5
+
+static double momentum_of(double relaxation)
+{
+    double r = LARGEST * relaxation, most = r > 1 ? (2 - r) / (2 * r - 2) : MOMENTUM;
+    return most > MOMENTUM ? MOMENTUM : most > 0 ? most : 0;
 }
 
 typedef struct solve {
@@ -38,7 +53,8 @@ typedef struct relaxation {
     ll_particles *p;
     const solve *s;
     double *step, *error; /* of each particle */
-    double dt;
+    double *reached;      /* k before it went on */
+    double dt, momentum;
 } relaxation;
 
 static void relax_part(void *context, int part, int parts)
@@ -49,7 +65,7 @@ static void relax_part(void *context, int part, int parts)
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
                  *rate = ll_particle_values(p, LL_PARTICLE_RATE);
     const double *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
-    double *step = r->step, *error = r->error, rest = p->params.density, dt = r->dt;
+    double *step = r->step, *error = r->error, *reached = r->reached, rest = p->params.density, dt = r->dt;
     ll_share of = ll_share_of(p->fluid, part, parts);
     for (int32_t a = of.begin; a < of.end; a++) {
         double over = dt * rate[a], *pressure_factor = &s->pressure_factor[a];
@@ -61,33 +77,60 @@ static void relax_part(void *context, int part, int parts)
             wanted = -*pressure_factor; /* the surface may separate, and has no pressure */
         else
             error[a] = *pressure_factor > 0 || over > 0 ? __builtin_fabs(over) : 0;
-        step[a] = wanted > -*pressure_factor ? wanted : -*pressure_factor;
-        *pressure_factor += step[a];
+        double k = *pressure_factor + wanted;
+        k = k > 0 ? k : 0;
+        double on = k + r->momentum * (k - reached[a]);
+        on = on > 0 ? on : 0;
+        reached[a] = k;
+        step[a] = on - *pressure_factor;
+        *pressure_factor = on;
     }
 }
 
-/* One iteration; returns the mean relative density error before it: excess density, and particles pushed too
- * far apart. */
-static double relax(ll_particles *p, const solve *s, double dt, ll_team *team)
+/* A last iteration goes on to nowhere: nothing after it would correct what goes too far. */
+static void take_back_momentum(const ll_particles *p, const relaxation *r)
 {
-    relaxation r = {p, s, ll_particle_values(p, LL_PARTICLE_SUM), ll_particle_values(p, LL_PARTICLE_GX), dt};
+    double *pressure_factor = r->s->pressure_factor;
+    for (int32_t a = 0; a < p->fluid; a++) {
+        r->step[a] += r->reached[a] - pressure_factor[a];
+        pressure_factor[a] = r->reached[a];
+    }
+}
+
+/* Iteration `i`; returns whether it is the last one, by the mean relative density error before it: excess
+ * density, and particles pushed too far apart. */
+static bool relax(ll_particles *p, const solve *s, double dt, int64_t i, ll_team *team)
+{
+    relaxation r = {.p = p,
+                    .s = s,
+                    .step = ll_particle_values(p, LL_PARTICLE_SUM),
+                    .error = ll_particle_values(p, LL_PARTICLE_GX),
+                    .reached = ll_particle_values(p, LL_PARTICLE_REACHED),
+                    .dt = dt,
+                    .momentum = momentum_of(p->params.relaxation)};
     double error = 0;
     ll_particle_sum_rate(p, team);
     ll_team_run(team, p->fluid, LL_PARTICLE_TEAM, relax_part, &r);
     for (int32_t a = 0; a < p->fluid; a++) /* in the order of the particles */
         error += r.error[a];
+    error /= p->params.density * p->fluid;
+    bool last = (error <= p->params.tolerance && i > 0) || i + 1 == p->params.iterations;
+    if (last)
+        take_back_momentum(p, &r);
     ll_particle_mirror(p, r.step, 0);
     push(p, r.step, dt, team);
-    return error / (p->params.density * p->fluid);
+    return last;
 }
 
 static void iterate(ll_particles *p, const solve *s, double dt, const ll_fluid_run *run)
 {
     ll_particle_mirror(p, s->pressure_factor, s->density ? 1 / p->params.density : 0);
     push(p, s->pressure_factor, dt, run->team);
-    for (int64_t i = 0; i < p->params.iterations && ll_goes_on(run->pace); i++) {
+    memcpy(ll_particle_values(p, LL_PARTICLE_REACHED), s->pressure_factor,
+           (size_t)p->fluid * sizeof *s->pressure_factor);
+    for (int64_t i = 0; ll_goes_on(run->pace); i++) {
         p->iterations++;
-        if (relax(p, s, dt, run->team) <= p->params.tolerance && i > 0)
+        if (relax(p, s, dt, i, run->team))
             return;
     }
 }

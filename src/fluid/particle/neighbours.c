@@ -110,33 +110,61 @@ static int row_ranges(const ll_particles *p, const int32_t *start, int32_t colum
 typedef struct search {
     const double *x, *y;
     double wrap, half, reach2;
+    ll_particle_near *near; /* in a tank that is not periodic */
     bool periodic;
     int32_t *pair;
     int32_t at; /* the particle whose pairs are sought */
     int32_t count, capacity;
 } search;
 
-/* Keeps those in the range that are near enough; branch-free, since the results are random. */
-static inline bool keep(search *s, int32_t a, range r)
+/* Branch-free, since the results are random. */
+int32_t ll_particle_near_base(const double *x, const double *y, int32_t a, int32_t begin, int32_t end,
+                              double reach2, int32_t *restrict pair)
 {
-    if (s->capacity - s->count < r.end - r.begin)
-        return false;
-    const double *x = s->x, *y = s->y;
-    double xa = x[a], ya = y[a], reach2 = s->reach2;
-    int32_t count = s->count, *restrict pair = s->pair;
-    for (int32_t b = r.begin; s->periodic && b < r.end; b++) {
-        double ex = ll_particle_shortest(xa - x[b], s->half, s->wrap), ey = ya - y[b];
-        pair[count] = b;
-        count += ex * ex + ey * ey < reach2;
-    }
-    for (int32_t b = r.begin; !s->periodic && b < r.end; b++) {
+    double xa = x[a], ya = y[a];
+    int32_t count = 0;
+    for (int32_t b = begin; b < end; b++) {
         double ex = xa - x[b], ey = ya - y[b];
         pair[count] = b;
         count += ex * ex + ey * ey < reach2;
     }
-    LL_VALIDATE(count <= s->capacity);
-    s->count = count;
+    return count;
+}
+
+static int32_t near_in_period(const search *s, int32_t a, range r, int32_t *restrict pair)
+{
+    const double *x = s->x, *y = s->y;
+    double xa = x[a], ya = y[a], reach2 = s->reach2;
+    int32_t count = 0;
+    for (int32_t b = r.begin; b < r.end; b++) {
+        double ex = ll_particle_shortest(xa - x[b], s->half, s->wrap), ey = ya - y[b];
+        pair[count] = b;
+        count += ex * ex + ey * ey < reach2;
+    }
+    return count;
+}
+
+/* Keeps those in the range that are near enough. */
+static inline bool keep(search *s, int32_t a, range r)
+{
+    int32_t left = s->capacity - s->count, most = r.end - r.begin;
+    if (left < most)
+        return false;
+    int32_t *to = s->pair + s->count;
+    ll_particle_near *near = left < most + LL_PARTICLE_NEAR_LANES ? ll_particle_near_base : s->near;
+    s->count +=
+        s->periodic ? near_in_period(s, a, r, to) : near(s->x, s->y, a, r.begin, r.end, s->reach2, to);
+    LL_VALIDATE(s->count <= s->capacity);
     return true;
+}
+
+static ll_particle_near *near_of_cpu(void)
+{
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2") ? ll_particle_near_avx2 : ll_particle_near_base;
+#else
+    return ll_particle_near_base;
+#endif
 }
 
 /* Half of the neighbouring fluid: the rest of the own cell, the one to the right, the row above. */
@@ -261,6 +289,7 @@ static search search_of(const searches *all, ll_particle_share share)
                     .half = p->wrap / 2,
                     .periodic = p->setup.periodic != 0,
                     .reach2 = all->reach2,
+                    .near = near_of_cpu(),
                     .pair = ll_part_pair(p),
                     .at = share.begin,
                     .count = piece_of(p, share.begin),

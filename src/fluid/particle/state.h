@@ -14,7 +14,8 @@ typedef enum ll_particle_field {
     LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
     LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
     LL_PARTICLE_STATES,
-    LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
+    LL_PARTICLE_REACHED = LL_PARTICLE_STATES, /* k of dfsph's last iteration */
+    LL_PARTICLE_X0 = LL_PARTICLE_STATES,      /* before the substep */
     LL_PARTICLE_Y0,
     LL_PARTICLE_SORTED,
     LL_PARTICLE_AX = LL_PARTICLE_SORTED, /* acceleration; of walls: the fluid's force on them over their
@@ -193,6 +194,14 @@ void ll_particle_sort_fluid(ll_particles *p);
 void ll_particle_sort_walls(ll_particles *p);
 /* Finds all pairs closer than `reach`, and computes their vectors and kernels. */
 ll_particle_fault ll_particle_pairs(ll_particles *p, double reach, ll_team *team);
+
+/* Writes those of the particles begin..end - 1 that are nearer to `a` than the root of reach2, in their
+ * order, and returns their number. Writes up to LL_PARTICLE_NEAR_LANES more numbers than there are particles,
+ * and reads as far. */
+#define LL_PARTICLE_NEAR_LANES 4
+typedef int32_t ll_particle_near(const double *x, const double *y, int32_t a, int32_t begin, int32_t end,
+                                 double reach2, int32_t *pair);
+ll_particle_near ll_particle_near_base, ll_particle_near_avx2;
 
 /* Of one pair, by the formulas of geometry.inc. */
 typedef struct ll_particle_pair_geometry {

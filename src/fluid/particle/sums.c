@@ -212,21 +212,23 @@ LL_PARTICLE_VISIT(visit_density)
 {
     const densities *d = context;
     const ll_particles *p = d->p;
-    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const int32_t *row = ll_part_row(p) + 2 * (size_t)a, *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
     const double *kernel = ll_part_kernel(p);
+    density_sums *sums = d->sums; /* a store of `two` may be to anything, but not to what is local */
     two sum = {0}, gradient = {0};
     if (own) {
-        sum = d->sums[a].kernel_squares + (two){p->kernel.scale, 0};
-        gradient = d->sums[a].gradient;
+        sum = sums[a].kernel_squares + (two){p->kernel.scale, 0};
+        gradient = sums[a].gradient;
     }
-    for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
+    for (int32_t k = row[0], end = row[1]; k < end; k++) {
         two g = slope[k] * (two){ex[k], ey[k]}, squares = g * g;
         two both = {kernel[k], squares[0] + squares[1]};
+        int32_t b = pair[k];
         sum += both;
         gradient += g;
-        if (ll_particle_takes(s, pair[k], inside)) {
-            density_sums *other = &d->sums[pair[k]];
+        if (ll_particle_takes(s, b, inside)) {
+            density_sums *other = &sums[b];
             other->kernel_squares += both;
             other->gradient -= g;
         }
@@ -354,10 +356,22 @@ void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor, 
     ll_team_run(team, p->fluid, LL_PARTICLE_TEAM, pressure_part, &q);
 }
 
-/* Of pair k; `sum`: of the multipliers of both. */
-static inline two push_of(const ll_particles *p, double mass, double sum, int32_t k)
+/* What the inner loops read of the pairs. Local: a store of `two` may be to anything, and pointers in the
+ * block would be read anew for each pair. */
+typedef struct gradients {
+    const int32_t *pair;
+    const double *ex, *ey, *slope;
+} gradients;
+
+static inline gradients gradients_of(const ll_particles *p)
 {
-    return mass * sum * ll_part_slope(p)[k] * (two){ll_part_ex(p)[k], ll_part_ey(p)[k]};
+    return (gradients){ll_part_pair(p), ll_part_ex(p), ll_part_ey(p), ll_part_slope(p)};
+}
+
+/* Of pair k; `sum`: of the multipliers of both. */
+static inline two push_of(const gradients *g, double mass, double sum, int32_t k)
+{
+    return mass * sum * g->slope[k] * (two){g->ex[k], g->ey[k]};
 }
 
 static inline two *pushes(const ll_particles *p)
@@ -369,21 +383,23 @@ LL_PARTICLE_VISIT(visit_push)
 {
     const pressure_pass *q = context;
     const ll_particles *p = q->p;
-    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const gradients g = gradients_of(p);
+    const int32_t *row = ll_part_row(p) + 2 * (size_t)a;
     const double *of = q->pressure_factor;
     double mass = p->mass, mine = of[a];
     two sum = {0, 0}, *push = pushes(p);
-    int32_t k = row[2 * a];
-    for (; k < row[2 * a + 1]; k++) {
-        two f = push_of(p, mass, mine + of[pair[k]], k);
+    int32_t k = row[0], walls = row[1], end = row[2];
+    for (; k < walls; k++) {
+        int32_t b = g.pair[k];
+        two f = push_of(&g, mass, mine + of[b], k);
         sum += f;
-        if (ll_particle_takes(s, pair[k], inside))
-            push[pair[k]] += f;
+        if (ll_particle_takes(s, b, inside))
+            push[b] += f;
     }
     if (!own)
         return;
-    for (; k < row[2 * a + 2]; k++)
-        sum += push_of(p, mass, mine + of[pair[k]], k);
+    for (; k < end; k++)
+        sum += push_of(&g, mass, mine + of[g.pair[k]], k);
     push[a] -= sum;
     ll_particle_values(p, LL_PARTICLE_AX)[a] = push[a][0];
     ll_particle_values(p, LL_PARTICLE_AY)[a] = push[a][1];
@@ -400,14 +416,15 @@ static void push_part(void *context, int part, int parts)
 static void push_walls(const pressure_pass *q)
 {
     const ll_particles *p = q->p;
-    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *beside = ll_part_beside(p);
+    const gradients g = gradients_of(p);
+    const int32_t *row = ll_part_row(p), *beside = ll_part_beside(p);
     const double *of = q->pressure_factor;
     two *push = pushes(p);
     memset(push + p->fluid, 0, (size_t)p->wall * sizeof *push);
     for (int32_t i = 0; i < p->beside; i++) {
         int32_t a = beside[i];
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++)
-            push[pair[k]] += push_of(p, p->mass, of[a] + of[pair[k]], k);
+            push[g.pair[k]] += push_of(&g, p->mass, of[a] + of[g.pair[k]], k);
     }
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {
         ll_particle_values(p, LL_PARTICLE_AX)[b] = push[b][0];

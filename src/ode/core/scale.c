@@ -17,8 +17,13 @@ static void see_energy(ll_ode_scale *scale, const ll_ode_problem *problem, const
     raise_to(&scale->energy, total);
     if (!ll_ode_mechanical(ode))
         return;
-    for (int i = 0; i < ode->dim; i++)
-        resting[i] = i < ode->dim / 2 ? y[i] : 0;
+    int half = ode->dim / 2;
+    resting[0] = y[0]; /* one coordinate is the usual case, and too few for a loop in vectors */
+    resting[half] = 0;
+    for (int i = 1; i < half; i++) {
+        resting[i] = y[i];
+        resting[half + i] = 0;
+    }
     double potential = problem->energy(ode->params, t, resting);
     raise_to(&scale->energy, potential);
     raise_to(&scale->energy, total - potential);

@@ -152,10 +152,13 @@ static void apply_changes(ll_rigid *w, const int32_t *changed, int32_t changes)
 void ll_update_contacts(ll_rigid *w, ll_team *team)
 {
     enum { least = 256 }; /* a contact takes 20 to 200 ns */
-    narrow_phase n = {.w = w, .changed = ll_scratch(w)};
+    narrow_phase n;
+    n.w = w;
+    n.changed = ll_scratch(w);
+    int parts = ll_team_parts_of(team, w->awake_contacts, least);
     int32_t recycled = 0, tested = w->awake_contacts;
     ll_team_run(team, w->awake_contacts, least, update_part, &n);
-    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++) {
+    for (int i = 0; i < parts; i++) {
         recycled += n.part[i].recycled;
         apply_changes(w, n.changed + n.part[i].begin, n.part[i].changes);
     }

@@ -80,9 +80,9 @@ static double clamped(double x, double low, double high)
 
 static void begin_touches(ll_rigid *w, memory *m)
 {
-    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_colour_spans spans;
     bool warm = w->params.warm_start;
-    m->count = ll_order_contacts(w, NULL, ll_whole(w).contacts, start);
+    m->count = ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans);
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];

@@ -75,6 +75,7 @@ typedef struct ordering {
     ll_rigid *w;
     ll_index_list contacts;
     int32_t points[LL_TEAM_PARTS_MAX];
+    uint64_t used[LL_TEAM_PARTS_MAX];               /* colours */
     int32_t at[LL_TEAM_PARTS_MAX][LL_COLOUR_SLOTS]; /* counts, then the places of the next ones */
 } ordering;
 
@@ -84,16 +85,20 @@ static void count_colours(void *context, int part, int parts)
     const ll_contact *all = ll_contacts(o->w);
     ll_share of = ll_share_of(o->contacts.count, part, parts);
     int32_t points = 0, *count = o->at[part];
+    uint64_t used = 0;
     for (int32_t i = of.begin; i < of.end; i++) {
         const ll_contact *c = &all[o->contacts.at[i]];
         LL_VALIDATE(c->colour == LL_NONE || (c->colour >= 0 && c->colour < LL_COLOUR_SLOTS));
         if (i + 8 < of.end)
             __builtin_prefetch(&all[o->contacts.at[i + 8]]);
         points += c->count;
-        if (c->colour != LL_NONE)
+        if (c->colour != LL_NONE) {
             count[c->colour]++;
+            used |= UINT64_C(1) << c->colour;
+        }
     }
     o->points[part] = points;
+    o->used[part] = used;
 }
 
 static void place_contacts(void *context, int part, int parts)
@@ -108,35 +113,38 @@ static void place_contacts(void *context, int part, int parts)
     }
 }
 
-int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts,
-                          int32_t start[LL_COLOUR_SLOTS + 1])
+int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll_colour_spans *spans)
 {
     enum { least = 512 }; /* a contact takes 10 to 20 ns */
-    int parts = contacts.count < least ? 1 : ll_team_parts(team);
+    int parts = ll_team_parts_of(team, contacts.count, least);
     ordering o; /* not all of it is used, nor cleared */
     o.w = w;
     o.contacts = contacts;
     memset(o.at, 0, (size_t)parts * sizeof *o.at);
     ll_team_run(team, contacts.count, least, count_colours, &o);
-    int32_t total = 0, points = 0;
-    for (int c = 0; c < LL_COLOUR_SLOTS; c++) {
-        start[c] = total;
+    int32_t total = 0, points = 0, coloured = 0;
+    spans->used = 0;
+    for (int k = 0; k < parts; k++) {
+        points += o.points[k];
+        spans->used |= o.used[k];
+    }
+    for (uint64_t left = spans->used; left != 0; left &= left - 1) {
+        int c = __builtin_ctzll(left);
+        spans->begin[c] = total;
         for (int k = 0; k < parts; k++) {
             int32_t count = o.at[k][c];
             o.at[k][c] = total;
             total += count;
         }
-        if (c < LL_COLOURS && total > start[c])
-            w->colours |= UINT64_C(1) << c;
+        spans->end[c] = total;
+        coloured = c < LL_COLOURS ? total : coloured;
     }
-    for (int k = 0; k < parts; k++)
-        points += o.points[k];
-    start[LL_COLOUR_SLOTS] = total;
+    w->colours |= spans->used & ((UINT64_C(1) << LL_COLOURS) - 1);
     LL_ASSERT(total <= contacts.count && total <= w->limits.contacts);
     ll_team_run(team, contacts.count, least, place_contacts, &o);
     w->stats.points += points;
     w->stats.touching += total;
-    w->stats.overflow += total - start[LL_COLOURS];
+    w->stats.overflow += total - coloured;
     return total;
 }
 
@@ -168,9 +176,9 @@ static void prepare_point(const ll_rigid *w, ll_contact_constraint *r, ll_contac
 
 ll_contact_constraints ll_prepare_contacts(ll_rigid *w)
 {
-    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_colour_spans spans;
     ll_contact_constraints rows = {ll_solver_memory(w),
-                                   ll_order_contacts(w, NULL, ll_whole(w).contacts, start)};
+                                   ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans)};
     for (int32_t i = 0; i < rows.count; i++) {
         ll_contact_constraint *r = &rows.at[i];
         const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];

@@ -37,7 +37,10 @@ typedef struct soft_group {
     ll_group members;
     batches all;
     ll_joint_set joints;
-    double h; /* of a substep */
+    double h;             /* of a substep, as are the following */
+    ll_softness stiff;    /* of joints */
+    ll_soft_pass push[2]; /* the second with an immovable body */
+    ll_soft_pass rest[2];
 } soft_group;
 
 /* Fewest elements that are worth a team. A wide contact takes about 50 ns in a pass, a body 10 ns in an
@@ -68,13 +71,15 @@ static const ll_soft_loops *loops_of(const ll_rigid *w)
 
 /* ---- contacts into lanes and back ---- */
 
-static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
+/* Of a lane that is cleared. */
+static void leave_empty(const ll_rigid *w, ll_wide_contact *c, int lane)
 {
     c->a[lane] = c->b[lane] = w->limits.bodies;
     c->contact[lane] = LL_NONE;
-    c->points[lane] = 0;
-    c->ma[lane] = c->ia[lane] = c->mb[lane] = c->ib[lane] = 0;
-    c->nx[lane] = c->ny[lane] = c->friction[lane] = 0;
+}
+
+static void clear_points(ll_wide_contact *c, int lane)
+{
     for (int k = 0; k < 2; k++) {
         double *p = (double *)&c->at[k];
         for (size_t i = 0; i < sizeof c->at[k] / sizeof(double) / LL_LANES; i++)
@@ -110,7 +115,7 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
     const ll_body_sim *a = &ll_body_sims(w)[from->body[0]], *b = &ll_body_sims(w)[from->body[1]];
     ll_vec2 n = from->normal;
     if (from->count < 2)
-        empty_lane(w, c, lane);
+        clear_points(c, lane);
     c->a[lane] = from->body[0];
     c->b[lane] = from->body[1];
     c->contact[lane] = contact;
@@ -142,40 +147,48 @@ static void fill(void *context, int part, int parts)
     for (int32_t i = of.begin * LL_LANES; i < of.end * LL_LANES; i++) {
         if (i + 8 < f->count)
             ll_prefetch_contact(&ll_contacts(w)[f->contacts[i + 8]]);
+        ll_wide_contact *c = &f->batch->at[i / LL_LANES];
+        int lane = i % LL_LANES;
+        if (lane == 0 && f->count - i < LL_LANES)
+            memset(c, 0, sizeof *c);
         if (i < f->count)
-            fill_lane(w, &f->batch->at[i / LL_LANES], i % LL_LANES, f->contacts[i]);
+            fill_lane(w, c, lane, f->contacts[i]);
         else
-            empty_lane(w, &f->batch->at[i / LL_LANES], i % LL_LANES);
+            leave_empty(w, c, lane);
     }
 }
 
-/* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
-__attribute__((noinline)) static batches prepare(ll_rigid *w, ll_team *team, ll_index_list contacts)
+static void add_batch(batches *all, ll_rigid *w, ll_team *team, const ll_colour_spans *spans, int c)
 {
-    int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_order_contacts(w, team, contacts, start);
-    batches all = {.all = ll_solver_memory(w)};
+    int32_t count = spans->end[c] - spans->begin[c];
+    batch *b = &all->at[all->count++];
+    *b = (batch){.at = all->all + all->contacts,
+                 .count = (count + LL_LANES - 1) / LL_LANES,
+                 .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
+                 .alone = c >= LL_COLOURS};
+    filling f = {w, b, ll_orders(w) + spans->begin[c], count};
+    ll_team_run(team, b->count, team_contacts, fill, &f);
+    all->contacts += b->count;
+    LL_ASSERT((size_t)all->contacts * sizeof(ll_wide_contact) <= size(&w->limits));
+}
+
+#define COLOURS(from, to) ((UINT64_C(1) << (to)) - (UINT64_C(1) << (from)))
+
+/* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
+__attribute__((noinline)) static void prepare(batches *all, ll_rigid *w, ll_team *team,
+                                              ll_index_list contacts)
+{
     /* Contacts with the ground are solved last. */
-    static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
-    for (int s = 0; s < LL_COLOUR_SLOTS; s++) {
-        int c = s == 0                        ? first[0]
-                : s <= LL_COLOURS_DYNAMIC     ? s - 1
-                : s == LL_COLOURS_DYNAMIC + 1 ? first[1]
-                                              : s - 2;
-        int32_t count = start[c + 1] - start[c];
-        if (count == 0)
-            continue;
-        batch *b = &all.at[all.count++];
-        *b = (batch){.at = all.all + all.contacts,
-                     .count = (count + LL_LANES - 1) / LL_LANES,
-                     .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
-                     .alone = c >= LL_COLOURS};
-        filling f = {w, b, ll_orders(w) + start[c], count};
-        ll_team_run(team, b->count, team_contacts, fill, &f);
-        all.contacts += b->count;
-        LL_ASSERT((size_t)all.contacts * sizeof(ll_wide_contact) <= size(&w->limits));
-    }
-    return all;
+    static const uint64_t order[] = {
+        COLOURS(LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_DYNAMIC + 1), COLOURS(0, LL_COLOURS_DYNAMIC),
+        COLOURS(LL_OVERFLOW_STATIC, LL_OVERFLOW_STATIC + 1), COLOURS(LL_COLOURS_DYNAMIC, LL_COLOURS)};
+    ll_colour_spans spans;
+    ll_order_contacts(w, team, contacts, &spans);
+    all->all = ll_solver_memory(w);
+    all->count = all->contacts = 0;
+    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++)
+        for (uint64_t left = spans.used & order[i]; left != 0; left &= left - 1)
+            add_batch(all, w, team, &spans, __builtin_ctzll(left));
 }
 
 static void store(void *context, int part, int parts)
@@ -237,27 +250,33 @@ static void pass_part(void *context, int part, int parts)
     const contact_pass *p = context;
     ll_share of = ll_share_of(p->batch->count, part, parts);
     ll_soft_pass pass = *p->pass;
-    pass.sink = parts > 1 && p->batch->fixed ? p->first_sink + part : LL_NONE;
+    pass.sink = p->batch->fixed ? p->first_sink + part : LL_NONE;
     p->loop(p->batch->at + of.begin, of.end - of.begin, p->states, &pass);
 }
 
 /* Contacts beyond the colours share movable bodies: one thread solves them. `alone`: the scalar loop. */
 static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alone, const ll_soft_pass pass[2])
 {
+    ll_solver_body *states = ll_solver_bodies(g->w);
     for (int32_t i = 0; i < g->all.count; i++) {
         const batch *b = &g->all.at[i];
+        ll_team *team = b->alone ? NULL : g->team;
+        if (ll_team_parts_of(team, b->count, team_contacts) == 1) {
+            (b->alone ? alone : wide)(b->at, b->count, states, &pass[b->fixed]);
+            continue;
+        }
         contact_pass p = {.batch = b,
-                          .states = ll_solver_bodies(g->w),
-                          .loop = b->alone ? alone : wide,
+                          .states = states,
+                          .loop = wide,
                           .pass = &pass[b->fixed],
                           .first_sink = ll_first_sink(g->w)};
-        ll_team_run(b->alone ? NULL : g->team, b->count, team_contacts, pass_part, &p);
+        ll_team_run(team, b->count, team_contacts, pass_part, &p);
     }
 }
 
 static void warm_start(const soft_group *g)
 {
-    const ll_soft_pass none[2] = {0};
+    const ll_soft_pass none[2] = {{.sink = LL_NONE}, {.sink = LL_NONE}};
     pass_all(g, g->loops->warm_start, ll_soft_scalar.warm_start, none);
 }
 
@@ -302,29 +321,33 @@ static void on_bodies(soft_group *g, ll_team_job *job)
     ll_team_run(g->team, g->members.bodies.count, team_bodies, job, g);
 }
 
+static void set_softness(soft_group *g, const ll_rigid_params *p)
+{
+    double h = g->h, hertz = ll_min(p->contact_hertz, 0.125 / h);
+    g->stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping_ratio, h);
+    for (int fixed = 0; fixed < 2; fixed++) {
+        ll_softness soft = ll_soft(fixed ? 2 * hertz : hertz, p->contact_damping_ratio, h);
+        g->push[fixed] = (ll_soft_pass){soft, 1 / h, p->contact_push_speed, LL_NONE, 0};
+        g->rest[fixed] = (ll_soft_pass){{0, 1, 0}, 1 / h, p->contact_push_speed, LL_NONE, 0};
+    }
+}
+
 static void substep(soft_group *g, bool first)
 {
     ll_rigid *w = g->w;
-    const ll_rigid_params *p = &w->params;
-    double h = g->h, hertz = ll_min(p->contact_hertz, 0.125 / h);
     bool joints = w->joints > 0;
-    ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping_ratio, h);
-    const ll_soft_pass push[2] = {
-        {ll_soft(hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed, LL_NONE, 0},
-        {ll_soft(2 * hertz, p->contact_damping_ratio, h), 1 / h, p->contact_push_speed, LL_NONE, 0}};
-    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->contact_push_speed, LL_NONE, 0};
     on_bodies(g, !first && !joints ? begin_held_substep : begin_substep);
     if (joints)
         ll_warm_start_joints(w, &g->joints);
     if (first || joints)
         warm_start(g);
     if (joints)
-        ll_solve_joints(w, &g->joints, h, stiff, true);
-    pass_all(g, g->loops->solve, ll_soft_scalar.solve, push);
+        ll_solve_joints(w, &g->joints, g->h, g->stiff, true);
+    pass_all(g, g->loops->solve, ll_soft_scalar.solve, g->push);
     on_bodies(g, move);
     if (joints)
-        ll_solve_joints(w, &g->joints, h, stiff, false);
-    pass_all(g, g->loops->relax, ll_soft_scalar.relax, (ll_soft_pass[2]){rest, rest});
+        ll_solve_joints(w, &g->joints, g->h, g->stiff, false);
+    pass_all(g, g->loops->relax, ll_soft_scalar.relax, g->rest);
     if (!joints)
         on_bodies(g, end_held_substep);
 }
@@ -337,12 +360,14 @@ static double substep_of(const ll_rigid *w)
 static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, const ll_group *members,
                         bool crowded)
 {
-    soft_group g = {.w = w,
-                    .team = team,
-                    .loops = loops,
-                    .members = *members,
-                    .all = prepare(w, team, members->contacts),
-                    .h = substep_of(w)};
+    soft_group g; /* few of its batches are used, and none is cleared */
+    g.w = w;
+    g.team = team;
+    g.loops = loops;
+    g.members = *members;
+    g.h = substep_of(w);
+    set_softness(&g, &w->params);
+    prepare(&g.all, w, team, members->contacts);
     on_bodies(&g, prepare_bodies);
     ll_bounces bounces = ll_begin_bounces(w, team, members->contacts);
     bounces.crowded |= crowded;

@@ -66,10 +66,14 @@ void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h);
 
 /* ---- contacts, one by one ---- */
 
-/* Sorts touching contacts by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
- * count, and adds to the step's statistics. */
-int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts,
-                          int32_t start[LL_COLOUR_SLOTS + 1]);
+/* Where the contacts of a colour are in `order`; known for the colours in `used` alone, a bit each. */
+typedef struct ll_colour_spans {
+    uint64_t used;
+    int32_t begin[LL_COLOUR_SLOTS], end[LL_COLOUR_SLOTS];
+} ll_colour_spans;
+
+/* Sorts touching contacts by colour into `order`. Returns their count, and adds to the step's statistics. */
+int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll_colour_spans *spans);
 
 typedef struct ll_contact_constraint_point { /* contact point; normal and anchors rotate with their bodies */
     ll_vec2 ra, rb; /* anchors from the centres of mass, at the beginning of the step */

@@ -306,8 +306,8 @@ static ll_contact_constraint row_of(const ll_rigid *w, int32_t contact)
 /* All pairs that could meet: first the touching ones, by colour. */
 static ll_contact_constraints prepare(ll_rigid *w, ll_index_list contacts)
 {
-    int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, NULL, contacts, start)};
+    ll_colour_spans spans;
+    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, NULL, contacts, &spans)};
     for (int32_t i = 0; i < rows.count; i++)
         rows.at[i] = row_of(w, ll_orders(w)[i]);
     for (int32_t i = 0; i < contacts.count; i++) {

@@ -238,12 +238,13 @@ static void finish_part(void *context, int part, int parts)
 static int32_t finish(ll_rigid *w, ll_team *team)
 {
     enum { least = 512 }; /* a body takes about 20 ns */
-    finishing f = {.w = w, .left = ll_scratch(w)};
+    finishing f;
+    f.w = w;
+    f.left = ll_scratch(w);
     int32_t bad = LL_NONE;
-    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++)
-        f.part[i].bad = LL_NONE;
+    int parts = ll_team_parts_of(team, w->awake, least);
     ll_team_run(team, w->awake, least, finish_part, &f);
-    for (int i = 0; i < LL_TEAM_PARTS_MAX; i++) {
+    for (int i = 0; i < parts; i++) {
         bad = first_of(bad, f.part[i].bad);
         for (int32_t k = 0; k < f.part[i].count; k++)
             ll_place_boxes(w, f.left[f.part[i].begin + k]);

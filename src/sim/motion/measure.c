@@ -89,13 +89,12 @@ static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_p
     d->predictable_s = session_time(m, first, t);
 }
 
-/* Compares the two references up to the session's time `t`. */
-static void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
+/* Not inlined: it has vectors on the stack, of which a step with a formula needs none. */
+__attribute__((noinline)) static void follow_references(ll_motion *m, const ll_ode *ode, double t,
+                                                        ll_pace *pace)
 {
     ll_motion_uncertainty *d = &m->uncertainty;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
-    if (m->formula)
-        return;
     const ll_ode_method *method = ll_ode_reference_method(ll_motion_problem(&m->config), 0);
     while (!d->parted && first->state != LL_ODE_FINISHED && session_time(m, first, first->t) < t &&
            ll_goes_on(pace)) {
@@ -111,6 +110,13 @@ static void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pac
         for (int k = 0; k < points && !d->parted; k++)
             compare(m, ode, at[k], span, pace);
     }
+}
+
+/* Compares the two references up to the session's time `t`. */
+static inline void compare_references(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
+{
+    if (!m->formula)
+        follow_references(m, ode, t, pace);
 }
 
 /* ---- of a method ---- */
