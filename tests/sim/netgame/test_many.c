@@ -101,7 +101,7 @@ static void what_a_tick_touches_lies_in_the_block(void **state)
         for (int seconds = 0; seconds < 3; seconds++) {
             ll_stretch stretch[LL_STRETCHES_MAX];
             int count = ll_sim_netgame.touches(s.game, stretch);
-            assert_in_range(count, 30, LL_STRETCHES_MAX);
+            assert_in_range(count, 8, LL_STRETCHES_MAX); /* a large block has parts out of reach */
             for (int i = 0; i < count; i++) {
                 size_t end = (size_t)(stretch[i].line + stretch[i].count) * LL_LINE;
                 assert_in_range(stretch[i].count, 1, 33);
