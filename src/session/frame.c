@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/prefetch.h"
 #include "session/internal.h"
 #include "session/section.h"
 
@@ -201,7 +202,8 @@ ll_status ll_frame_of_rows(const ll_frame_moment *moment, const ll_record_reques
                         .flags = moment->flags,
                         .tick = moment->tick,
                         .time_s = moment->time_s,
-                        .count = space->count};
+                        .count = space->count,
+                        .size = (uint32_t)l.size};
     atomic_init(&frame->references, 1);
     bool whole = true;
     for (int i = 0; i < space->count; i++) {
@@ -333,4 +335,28 @@ char *ll_frame_hello(ll_session *s, const char *session_id, ll_frame_format form
     char *text = cJSON_PrintUnformatted(o);
     cJSON_Delete(o);
     return text;
+}
+
+/* ---- what comes next ---- */
+
+enum { AHEAD_BYTES = 8192 }; /* of the newest frame, which holds the rows of the last */
+
+void ll_ahead_note(ll_ahead *ahead, const ll_session *s, const ll_frame *newest)
+{
+    ahead->session = (const char *)s;
+    ahead->block = s->block;
+    ahead->frame = (const char *)newest;
+    ahead->frame_bytes = newest->size < AHEAD_BYTES ? newest->size : AHEAD_BYTES;
+    ahead->count = s->scenario.kind->touches ? s->scenario.kind->touches(s->block, ahead->stretch) : 0;
+}
+
+void ll_ahead_fetch(const ll_ahead *ahead)
+{
+    if (ahead->session == NULL)
+        return;
+    ll_prefetch(ahead->session, sizeof(ll_session));
+    ll_prefetch(ahead->frame, ahead->frame_bytes);
+    for (int i = 0; i < ahead->count; i++)
+        ll_prefetch(ahead->block + (size_t)ahead->stretch[i].line * LL_LINE,
+                    (size_t)ahead->stretch[i].count * LL_LINE);
 }

@@ -58,6 +58,7 @@ struct ll_frame {
     int64_t tick;
     double time_s;
     int count;
+    uint32_t size; /* bytes of it, with its sections */
     const ll_record *record[LL_RECORDS_MAX];
     ll_section *section[LL_RECORDS_MAX]; /* NULL: its channel was not requested */
 };
@@ -110,3 +111,18 @@ bool ll_frame_news(const ll_frame *frame, const ll_frame_state *state, uint16_t 
 /* Hello message of a stream: protocol, hash of the schema, channels, layout, window, present parameters of
  * the scenario. Caller frees. */
 char *ll_frame_hello(ll_session *session, const char *session_id, ll_frame_format format);
+
+/* What the next tick and frame of a session will touch, noted at the end of the last, while it is at hand.
+ * The sessions of a worker do not fit into its cache: each of some hundred lines comes from memory, one after
+ * the other. While one session runs, those of the next are fetched all at once.
+ *
+ * Addresses are hints: they are never read, and may be stale. */
+typedef struct ll_ahead {
+    const char *session, *block, *frame;
+    uint32_t frame_bytes;
+    int count;
+    ll_stretch stretch[LL_STRETCHES_MAX];
+} ll_ahead;
+
+void ll_ahead_note(ll_ahead *ahead, const ll_session *session, const ll_frame *newest);
+void ll_ahead_fetch(const ll_ahead *ahead);

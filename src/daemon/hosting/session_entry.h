@@ -12,6 +12,7 @@
 #include "daemon/support/class_keys.h"
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
+#include "session/frame.h"
 
 enum {
     LL_SLOTS = 4
@@ -108,6 +109,7 @@ typedef struct ll_entry_work {
     bool behind;
     bool background_tick; /* a task runs a background tick, unlocked */
     pthread_cond_t background_tick_done;
+    ll_ahead ahead; /* of the worker's thread alone, unlocked */
 } ll_entry_work;
 
 /* What viewers were sent last. */

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/prefetch.h"
 #include "daemon/hosting/session_entry.h"
 
 enum { SLOT_HZ = LL_FRAME_HZ * LL_SLOTS };
@@ -45,6 +46,7 @@ static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_
     if (ll_failed(&status))
         return false;
     ll_ws_publish(session_entry->stream, frame);
+    ll_ahead_note(&session_entry->work.ahead, session_entry->session, frame);
     ll_frame_release(frame);
     session_entry->published.seq++;
     return true;
@@ -205,12 +207,22 @@ static void copy_members(ll_worker *worker, slot_members *r, int slot)
     pthread_mutex_unlock(&worker->lock);
 }
 
+/* While member `i` is served, what the next will touch comes into the cache. */
+static void fetch_ahead(const slot_members *r, int i)
+{
+    if (i + 1 < r->count)
+        ll_ahead_fetch(&r->members[i + 1]->work.ahead);
+    if (i + 2 < r->count)
+        ll_prefetch(r->members[i + 2], sizeof *r->members[i + 2]);
+}
+
 static void serve_slot(ll_worker *worker, slot_members *r, int slot, ll_time deadline)
 {
     bool sent = false, behind = false;
     copy_members(worker, r, slot);
     for (int i = 0; i < r->count; i++) {
         ll_session_entry *session_entry = r->members[i];
+        fetch_ahead(r, i);
         /* A task holds the lock for some milliseconds: then this session misses a frame, and no other session
          * waits. */
         if (pthread_mutex_trylock(&session_entry->lock) == 0) {

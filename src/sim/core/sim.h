@@ -88,6 +88,13 @@ static inline double ll_step_profiler_ns_per_s(const ll_step_profiler *step_prof
     return step_profiler->metered > 0 ? (double)step_profiler->ns[part] / ll_to_s(step_profiler->metered) : 0;
 }
 
+/* A part of a block, in lines of LL_LINE bytes (base/prefetch.h) from its start. */
+typedef struct ll_stretch {
+    uint16_t line, count;
+} ll_stretch;
+
+enum { LL_STRETCHES_MAX = 96 };
+
 typedef struct ll_sim_kind {
     const char *name;
     const char *help;
@@ -117,6 +124,10 @@ typedef struct ll_sim_kind {
     /* The time of a block, also of one that has failed. NULL: the caller advances it by one tick at a time,
      * so that the tick of a failure is known; other kinds are advanced by many ticks. */
     ll_time (*stands_at)(const void *block);
+
+    /* What the next tick will touch, at most LL_STRETCHES_MAX parts: a hint, for prefetching. Returns their
+     * number. NULL: the kind cannot say. */
+    int (*touches)(const void *block, ll_stretch *stretch);
 
     /* Live parameters of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);

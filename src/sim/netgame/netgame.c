@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "base/prefetch.h"
 #include "netcode/client/cheat.h"
 #include "netcode/protocol/bucket.h"
 #include "sim/core/scenario_rows.h"
@@ -563,6 +564,82 @@ static const char *player_name(const void *config, int player)
     return player < c->player_count ? c->players[player].name : NULL;
 }
 
+/* ---- what a tick touches: the heads of all parts, and the places of their rings ---- */
+
+typedef struct touched {
+    const char *block;
+    ll_stretch *stretch;
+    int count;
+} touched;
+
+/* Of a large part only the first lines: the processor sees by itself how it goes on. */
+static void add(touched *t, const void *from, size_t bytes)
+{
+    enum { BYTES_MOST = 2048 };
+    bytes = bytes < BYTES_MOST ? bytes : BYTES_MOST;
+    size_t at = (size_t)((const char *)from - t->block), first = at / LL_LINE,
+           last = (at + bytes - 1) / LL_LINE;
+    if (t->count < LL_STRETCHES_MAX && last <= UINT16_MAX)
+        t->stretch[t->count++] = (ll_stretch){(uint16_t)first, (uint16_t)(last - first + 1)};
+}
+
+/* From the first of two members to before the second. */
+#define ADD_BETWEEN(t, of, from, to)                                                                         \
+    add(t, &(of)->from, (size_t)((const char *)&(of)->to - (const char *)&(of)->from))
+
+static void add_metrics(touched *t, const ll_client_metrics *in)
+{
+    for (int i = 0; i < LL_METRICS; i++)
+        ADD_BETWEEN(t, &in->histogram[i], unit, bucket);
+    add(t, in, offsetof(ll_client_metrics, histogram));
+    ADD_BETWEEN(t, in, entities, animation_error);
+    ADD_BETWEEN(t, &in->animation_error, unit, bucket);
+    ADD_BETWEEN(t, in, input_history.count, changes.ring);
+    add(t, &in->input_history.input[in->input_history.newest & (LL_INPUT_HISTORY_RING - 1)],
+        2 * sizeof in->input_history.input[0]);
+    add(t, &in->gain, sizeof in->gain);
+    add(t, &in->honest.newest,
+        (size_t)((const char *)&in->track[in->entities] - (const char *)&in->honest.newest));
+}
+
+static void add_player(touched *t, const ll_netgame *g, int i)
+{
+    enum { LINK_HEAD = 384, BEHIND = 512 };
+    ll_client *client = ll_netgame_client(g, i);
+    const ll_client_slot *slot = &ll_netgame_server(g)->client_slots[i];
+    const ll_world *world = ll_client_rendered_const(client);
+    add(t, &slot->inputs.held, (size_t)((const char *)(slot + 1) - (const char *)&slot->inputs.held));
+    add(t, client, offsetof(ll_client, pending));
+    add(t, &client->pending[client->inputs.seq & (LL_PENDING_RING - 1)], 2 * sizeof client->pending[0]);
+    add(t, client + 1, BEHIND);
+    add(t, world, ll_world_size(world));
+    if (client->snapshots.received > 0)
+        add(t, ll_client_state(client, client->snapshots.received - 1), sizeof(ll_snapshot_entry));
+    add(t, ll_netgame_up(g, i), LINK_HEAD);
+    add(t, ll_netgame_down(g, i), LINK_HEAD);
+    add_metrics(t, ll_netgame_client_metrics(g, i));
+}
+
+static int touches(const void *block, ll_stretch *stretch)
+{
+    const ll_netgame *g = block;
+    const ll_server *server = ll_netgame_server(g);
+    const ll_world *world = ll_server_world_const(server);
+    const ll_history *history = ll_netgame_history(g);
+    touched t = {block, stretch, 0};
+    add(&t, g, offsetof(ll_netgame, at) + 2 * sizeof g->at[0]);
+    ADD_BETWEEN(&t, &g->config, head.seed, head.title);
+    add(&t, &g->config.server, sizeof g->config.server);
+    add(&t, g->config.players, (size_t)g->config.player_count * sizeof g->config.players[0]);
+    add(&t, server, offsetof(ll_server, hashes));
+    add(&t, world, ll_world_size(world));
+    add(&t, history, sizeof *history);
+    add(&t, ll_history_record_at(history, history->count), 2 * LL_LINE);
+    for (int i = 0; i < g->config.player_count; i++)
+        add_player(&t, g, i);
+    return t.count;
+}
+
 const ll_sim_kind ll_sim_netgame = {
     .name = "netgame",
     .help = "A game over a network: server, clients and links.",
@@ -574,6 +651,7 @@ const ll_sim_kind ll_sim_netgame = {
     .tick_freq = tick_freq,
     .advance = advance,
     .stands_at = stands_at,
+    .touches = touches,
     .change = change,
     .accepts = accepts,
     .input = input,

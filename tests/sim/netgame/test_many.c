@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "base/prefetch.h"
+#include "session/kinds.h"
 #include "support/scene.h"
 
 /* With 1,004 entities a client predicts its own alone, which is never corrected on a clean link; and it knows
@@ -89,12 +91,35 @@ static void the_unknown_take_no_part(void **state)
         }
 }
 
+/* At any time, for any number of players: hints for prefetching. */
+static void what_a_tick_touches_lies_in_the_block(void **state)
+{
+    (void)state;
+    static const char *const scenarios[] = {"race", "eight", "swarm_interest", "cannon_drag"};
+    for (size_t k = 0; k < sizeof scenarios / sizeof *scenarios; k++) {
+        scene s = scene_open(scenarios[k], NULL);
+        for (int seconds = 0; seconds < 3; seconds++) {
+            ll_stretch stretch[LL_STRETCHES_MAX];
+            int count = ll_sim_netgame.touches(s.game, stretch);
+            assert_in_range(count, 8, LL_STRETCHES_MAX); /* a large block has parts out of reach */
+            for (int i = 0; i < count; i++) {
+                size_t end = (size_t)(stretch[i].line + stretch[i].count) * LL_LINE;
+                assert_in_range(stretch[i].count, 1, 33);
+                assert_true(end < ll_netgame_bytes(s.game) + LL_LINE);
+            }
+            scene_run(&s, seconds + 1, NULL);
+        }
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clients_of_a_thousand_predict_their_own),
         cmocka_unit_test(the_fortieth_player_predicts_as_the_first),
         cmocka_unit_test(the_unknown_take_no_part),
+        cmocka_unit_test(what_a_tick_touches_lies_in_the_block),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
