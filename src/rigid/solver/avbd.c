@@ -370,7 +370,7 @@ static void solve(ll_rigid *w, ll_team *team)
     ll_group all = ll_whole(w);
     begin_touches(w, &m);
     ll_prepare_body_steps(w, all.bodies, m.h);
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     ll_bounce(w, &bounces, m.h, m.h);
     ll_end_bounces(w, &bounces);
     begin_joints(w, &m);

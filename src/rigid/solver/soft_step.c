@@ -344,7 +344,9 @@ static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, 
                     .all = prepare(w, team, members->contacts),
                     .h = substep_of(w)};
     on_bodies(&g, prepare_bodies);
-    ll_bounces bounces = ll_begin_bounces(w, team, members->contacts);
+    size_t used = ((size_t)g.all.contacts * sizeof(ll_wide_contact) + 63) & ~(size_t)63;
+    ll_bounces bounces = ll_begin_bounces(w, team, members->contacts, (char *)ll_solver_memory(w) + used,
+                                          w->at.end - w->at.solver - used);
     bounces.crowded |= crowded;
     g.joints = ll_prepare_joints(w, members->joints);
     for (int64_t i = 0; i < w->params.substeps; i++) {

@@ -129,16 +129,21 @@ static inline void ll_solve_both(const double v[2], const double mass[2], double
 
 /* ---- impacts with restitution; see bounce.c ---- */
 
+typedef struct ll_bounce_row ll_bounce_row;
+
 typedef struct ll_bounces {
+    ll_rigid *world;
+    ll_team *team;
     int32_t *at; /* indices of contacts, in the memory of `order` */
-    int32_t count;
-    uint32_t *marked; /* a bit for each: to be tried */
+    int32_t count, room;
+    uint32_t *marked;    /* a bit for each: to be tried */
+    ll_bounce_row *rows; /* of each; NULL: there are more than `room` */
     bool crowded;
 } ll_bounces;
 
 /* Contacts that may bounce in this step. Call after ll_prepare_body_steps and after the last use of `order`.
- */
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts);
+ * `memory`: free until ll_end_bounces, or NULL; it makes no difference to the results. */
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts, void *memory, size_t bytes);
 /* Whether more contacts of the whole world may bounce than can be followed through rows. For a solver that
  * solves groups one after the other: the groups must not decide each for itself. h: a substep. */
 bool ll_bounces_crowded(ll_rigid *w, double h);

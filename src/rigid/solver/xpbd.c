@@ -368,7 +368,7 @@ static void solve(ll_rigid *w, ll_team *team)
     for (int32_t i = 0; i < w->body_end; i++) /* immovable bodies too */
         pasts(w)[i] = (past){.q = {1, 0}};
     ll_prepare_body_steps(w, all.bodies, h);
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_bounce(w, &bounces, h, h);
         substep(w, all.bodies, rows, h);
