@@ -82,7 +82,9 @@ static void begin_touches(ll_rigid *w, memory *m)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
     bool warm = w->params.warm_start;
-    m->count = ll_order_contacts(w, NULL, ll_whole(w).contacts, start);
+    ll_contact_counts counts = ll_order_contacts(w, NULL, ll_whole(w).contacts, start);
+    m->count = counts.touching;
+    ll_count_contacts(w, &counts);
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];

@@ -35,7 +35,8 @@ ll_softness ll_soft(double hertz, double damping, double h);
 
 typedef struct ll_index_list {
     const int32_t *at; /* indices */
-    int32_t count, pad;
+    int32_t count;
+    int32_t first; /* of contacts: how many are in the groups before this one */
 } ll_index_list;
 
 typedef struct ll_group {
@@ -54,7 +55,7 @@ ll_group ll_whole(const ll_rigid *w);                 /* the awake world */
 
 /* Groups of whole islands that fit the cache. Each group keeps the order of the whole world, so that solving
  * group after group gives the same bits as solving the world at once. */
-ll_groups ll_group_islands(ll_rigid *w);
+ll_groups ll_group_islands(ll_rigid *w, ll_team *team);
 ll_group ll_group_at(const ll_rigid *w, const ll_groups *groups, int32_t i);
 
 /* ---- bodies ---- */
@@ -66,10 +67,17 @@ void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h);
 
 /* ---- contacts, one by one ---- */
 
-/* Sorts touching contacts by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
- * count, and adds to the step's statistics. */
-int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts,
-                          int32_t start[LL_COLOUR_SLOTS + 1]);
+typedef struct ll_contact_counts { /* for the step's statistics */
+    uint64_t colours;
+    int32_t points, touching, overflow, pad;
+} ll_contact_counts;
+
+/* Sorts touching contacts by colour into `order` from contacts.first on; colour c is there from start[c] to
+ * start[c + 1]. Uses as many bytes of `scratch`. Threads may do this for different groups at the same time.
+ */
+ll_contact_counts ll_order_contacts(const ll_rigid *w, ll_team *team, ll_index_list contacts,
+                                    int32_t start[LL_COLOUR_SLOTS + 1]);
+void ll_count_contacts(ll_rigid *w, const ll_contact_counts *counts); /* adds to the statistics */
 
 typedef struct ll_contact_constraint_point { /* contact point; normal and anchors rotate with their bodies */
     ll_vec2 ra, rb; /* anchors from the centres of mass, at the beginning of the step */

@@ -307,7 +307,9 @@ static ll_contact_constraint row_of(const ll_rigid *w, int32_t contact)
 static ll_contact_constraints prepare(ll_rigid *w, ll_index_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, NULL, contacts, start)};
+    ll_contact_counts counts = ll_order_contacts(w, NULL, contacts, start);
+    ll_contact_constraints rows = {ll_solver_memory(w), counts.touching};
+    ll_count_contacts(w, &counts);
     for (int32_t i = 0; i < rows.count; i++)
         rows.at[i] = row_of(w, ll_orders(w)[i]);
     for (int32_t i = 0; i < contacts.count; i++) {
