@@ -405,6 +405,9 @@ static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
             int32_t place = word << 5 | bit;
             ahead = bit == 31 ? 0 : UINT32_MAX << (bit + 1);
             b->marked[word] &= ~(UINT32_C(1) << bit);
+            if (b->marked[word] & ahead)
+                ll_prefetch_contact(
+                    &ll_contacts(w)[b->at[word << 5 | __builtin_ctz(b->marked[word] & ahead)]]);
             if (b->rows != NULL && !approaches(w, &b->rows[place], h))
                 continue;
             const ll_contact *c = &ll_contacts(w)[b->at[place]];
