@@ -121,7 +121,7 @@ typedef struct ll_body_step {
     double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
     int32_t stopper; /* body hit, or LL_NONE; the body itself: it stops where the impact is */
-    int32_t listed;  /* whether bounce.c has listed its contacts */
+    int32_t rows;    /* bounce.c: the list of its rows */
 } ll_body_step;
 
 /* Connects two bodies of an island: a touching contact or a joint. */

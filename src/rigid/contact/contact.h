@@ -28,7 +28,7 @@ void ll_put_to_sleep(ll_rigid *w);       /* islands that have rested for LL_SLEE
 bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* at least one of its bodies is awake */
 
 /* Edges with at least one awake body; returns their count. */
-int32_t ll_touching_edges(const ll_rigid *w, ll_island_edge *out);
+int32_t ll_touching_edges(const ll_rigid *w, ll_team *team, ll_island_edge *out);
 int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
 
 /* Union-find: the parent of a root is minus the size of its island; LL_ALONE bodies join nothing. */

@@ -82,7 +82,9 @@ static void begin_touches(ll_rigid *w, memory *m)
 {
     ll_colour_spans spans;
     bool warm = w->params.warm_start;
-    m->count = ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans);
+    ll_contact_counts counts = ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans);
+    m->count = counts.touching;
+    ll_count_contacts(w, &counts);
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
@@ -370,7 +372,7 @@ static void solve(ll_rigid *w, ll_team *team)
     ll_group all = ll_whole(w);
     begin_touches(w, &m);
     ll_prepare_body_steps(w, all.bodies, m.h);
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     ll_bounce(w, &bounces, m.h, m.h);
     ll_end_bounces(w, &bounces);
     begin_joints(w, &m);

@@ -19,6 +19,15 @@ enum { LISTED = 2, PLACE_SHIFT = 2 };
  * step. Each of these contacts then bounces at most once per substep, and passes nothing on in that step. */
 enum { most_sweeps = 64, crowd = 1024 };
 
+/* What decides whether a contact approaches: a copy, since the contacts are not in the cache. Rows are in the
+ * order of the list, and each movable body has a list of its rows. */
+struct ll_bounce_row {
+    ll_vec2 n;
+    double na[2], nb[2], fall[2]; /* as in toi_event; an absent second point is as the first */
+    int32_t body[2];
+    int32_t next[2]; /* in the lists of both bodies: place times 2 plus the side, or LL_NONE */
+};
+
 typedef struct toi_event { /* points of a contact, from the current velocities and positions */
     const ll_contact *c;
     ll_solver_body *a, *b;
@@ -200,15 +209,50 @@ static void mark(ll_bounces *b, int32_t place)
     b->marked[place >> 5] |= UINT32_C(1) << (place & 31);
 }
 
-static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
+static void fill_row(const ll_rigid *w, ll_bounce_row *row, int32_t contact)
+{
+    const ll_contact *c = &ll_contacts(w)[contact];
+    toi_event m = approach_of(w, c);
+    row->n = c->normal;
+    for (int k = 0; k < 2; k++) {
+        int from = k < c->count ? k : 0;
+        row->na[k] = m.na[from];
+        row->nb[k] = m.nb[from];
+        row->fall[k] = m.fall[from];
+        row->body[k] = c->body[k];
+    }
+}
+
+/* `rows` of a body: the first row of its list plus one, times 2, plus 1 when all its contacts are listed. */
+static int32_t first_row(const ll_body_step *d)
+{
+    return (d->rows >> 1) - 1;
+}
+
+static void link_row(ll_rigid *w, ll_bounces *b, int32_t place)
+{
+    ll_bounce_row *row = &b->rows[place];
+    for (int side = 0; side < 2; side++) {
+        if (ll_body_sims(w)[row->body[side]].inv_mass == 0)
+            continue;
+        ll_body_step *d = &ll_body_steps(w)[row->body[side]];
+        row->next[side] = first_row(d);
+        d->rows = (2 * place + side + 1) << 1 | (d->rows & 1);
+    }
+}
+
+static bool list(ll_rigid *w, ll_bounces *b, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
     if (!may_bounce(c) || (c->recycled & LISTED))
-        return;
+        return false;
     if ((b->count & 31) == 0)
         b->marked[b->count >> 5] = 0;
     c->recycled |= LISTED | b->count << PLACE_SHIFT;
     b->at[b->count++] = contact;
+    if (b->count > b->room)
+        b->rows = NULL; /* the contacts themselves are read instead */
+    return true;
 }
 
 /* A part writes those of its contacts that approach fast enough into its own part of the list. */
@@ -249,9 +293,26 @@ static search approaching(ll_rigid *w, ll_team *team, ll_index_list contacts)
     return s;
 }
 
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts)
+static void fill_rows(void *context, int part, int parts)
 {
-    ll_bounces b = {.at = ll_orders(w), .marked = ll_bounce_marks(w)};
+    const ll_bounces *b = context;
+    ll_share of = ll_share_of(b->count, part, parts);
+    for (int32_t i = of.begin; i < of.end; i++) {
+        if (i + 6 < of.end)
+            ll_prefetch_contact(&ll_contacts(b->world)[b->at[i + 6]]);
+        fill_row(b->world, &b->rows[i], b->at[i]);
+    }
+}
+
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts, void *memory, size_t bytes)
+{
+    enum { least = 128 }; /* a row takes about 50 ns */
+    ll_bounces b = {.world = w,
+                    .team = team,
+                    .at = ll_orders(w),
+                    .marked = ll_bounce_marks(w),
+                    .rows = memory,
+                    .room = (int32_t)ll_min((double)(bytes / sizeof(ll_bounce_row)), INT32_MAX)};
     if (w->bouncing == 0)
         return b;
     search s = approaching(w, team, contacts);
@@ -259,6 +320,10 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts)
         for (int32_t i = s.part[k].begin; i < s.part[k].end; i++)
             list(w, &b, s.found[i]);
     b.crowded = b.count > crowd;
+    if (b.rows != NULL)
+        ll_team_run(team, b.count, least, fill_rows, &b);
+    for (int32_t i = 0; i < b.count && b.rows != NULL; i++)
+        link_row(w, &b, i);
     return b;
 }
 
@@ -271,26 +336,62 @@ bool ll_bounces_crowded(ll_rigid *w, double h)
     return s.part[0].end > crowd;
 }
 
+static void list_contacts_of(ll_rigid *w, ll_bounces *b, int32_t body)
+{
+    ll_body_steps(w)[body].rows |= 1;
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+        if (list(w, b, e >> 1) && b->rows != NULL) {
+            fill_row(w, &b->rows[b->count - 1], e >> 1);
+            link_row(w, b, b->count - 1);
+        }
+}
+
 /* The velocities of the body have changed: its contacts are tried again. They are listed once per step. */
 static void note_hit(ll_rigid *w, ll_bounces *b, int32_t body)
 {
     if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    bool listed = ll_body_steps(w)[body].listed;
-    ll_body_steps(w)[body].listed = true;
-    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
-        const ll_contact *c = &ll_contacts(w)[e >> 1];
-        if (!listed)
-            list(w, b, e >> 1);
-        if (c->recycled & LISTED)
-            mark(b, c->recycled >> PLACE_SHIFT);
+    if (!b->crowded && (ll_body_steps(w)[body].rows & 1) == 0)
+        list_contacts_of(w, b, body);
+    if (b->rows != NULL) {
+        for (int32_t e = first_row(&ll_body_steps(w)[body]); e != LL_NONE; e = b->rows[e >> 1].next[e & 1])
+            mark(b, e >> 1);
+        return;
     }
+    if (b->crowded)
+        return; /* all are marked, and tried once */
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+        if (ll_contacts(w)[e >> 1].recycled & LISTED)
+            mark(b, ll_contacts(w)[e >> 1].recycled >> PLACE_SHIFT);
 }
 
-static void mark_all(ll_bounces *b)
+static bool approaches(const ll_rigid *w, const ll_bounce_row *row, double h)
 {
-    for (int32_t i = 0; i < b->count; i++)
-        mark(b, i);
+    const ll_solver_body *a = &ll_solver_bodies(w)[row->body[0]], *b = &ll_solver_bodies(w)[row->body[1]];
+    double along = ll_dot(ll_sub(b->v, a->v), row->n), slowest = -w->params.restitution_threshold;
+    double first = along + (b->w * row->nb[0] - a->w * row->na[0]) + 0.5 * h * row->fall[0];
+    double second = along + (b->w * row->nb[1] - a->w * row->na[1]) + 0.5 * h * row->fall[1];
+    return (first < slowest) | (second < slowest);
+}
+
+typedef struct marking {
+    const ll_bounces *bounces;
+    double h;
+} marking;
+
+/* Marks those that approach fast enough; without rows, all. A part has its own words. */
+static void mark_part(void *context, int part, int parts)
+{
+    const marking *m = context;
+    const ll_bounces *b = m->bounces;
+    ll_share of = ll_share_of((b->count + 31) / 32, part, parts);
+    for (int32_t word = of.begin; word < of.end; word++) {
+        int32_t count = b->count - 32 * word < 32 ? b->count - 32 * word : 32;
+        uint32_t bits = 0;
+        for (int32_t k = 0; k < count; k++)
+            bits |= (uint32_t)(b->rows == NULL || approaches(b->world, &b->rows[32 * word + k], m->h)) << k;
+        b->marked[word] = bits;
+    }
 }
 
 /* Tries those that are marked, in the order of the list, and takes their marks. Returns whether any has
@@ -301,14 +402,18 @@ static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
     for (int32_t word = 0; word << 5 < b->count; word++) { /* the list may grow in this loop */
         for (uint32_t ahead = UINT32_MAX; b->marked[word] & ahead;) {
             int bit = __builtin_ctz(b->marked[word] & ahead);
-            const ll_contact *c = &ll_contacts(w)[b->at[word << 5 | bit]];
+            int32_t place = word << 5 | bit;
             ahead = bit == 31 ? 0 : UINT32_MAX << (bit + 1);
             b->marked[word] &= ~(UINT32_C(1) << bit);
+            if (b->marked[word] & ahead)
+                ll_prefetch_contact(
+                    &ll_contacts(w)[b->at[word << 5 | __builtin_ctz(b->marked[word] & ahead)]]);
+            if (b->rows != NULL && !approaches(w, &b->rows[place], h))
+                continue;
+            const ll_contact *c = &ll_contacts(w)[b->at[place]];
             if (!meet(w, c, h, reach))
                 continue;
             met = true;
-            if (b->crowded)
-                continue;
             note_hit(w, b, c->body[0]);
             note_hit(w, b, c->body[1]);
         }
@@ -316,12 +421,14 @@ static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
     return met;
 }
 
-/* A contact that did not meet does not meet in a later sweep either, unless one of its bodies was hit in
- * between. */
+/* A contact that did not approach or meet does not in a later sweep either, unless one of its bodies was hit
+ * in between. So the parts of a team may look first at all of them. */
 void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
 {
+    enum { least = 8 }; /* words: a row takes about 5 ns */
     int sweeps = b->crowded ? 1 : most_sweeps;
-    mark_all(b);
+    marking m = {b, h};
+    ll_team_run(b->team, (b->count + 31) / 32, least, mark_part, &m);
     for (int k = 0; k < sweeps && sweep(w, b, h, reach); k++) {
     }
 }

@@ -72,8 +72,10 @@ double ll_angle_now(const ll_rigid *w, const ll_joint *j)
 
 /* A counting sort in parts: each counts its colours, and then writes behind the parts before it. */
 typedef struct ordering {
-    ll_rigid *w;
+    const ll_rigid *w;
     ll_index_list contacts;
+    uint8_t *colours; /* of the contacts: a copy, so that they are read once */
+    int32_t *orders;
     int32_t points[LL_TEAM_PARTS_MAX];
     uint64_t used[LL_TEAM_PARTS_MAX];               /* colours */
     int32_t at[LL_TEAM_PARTS_MAX][LL_COLOUR_SLOTS]; /* counts, then the places of the next ones */
@@ -92,6 +94,7 @@ static void count_colours(void *context, int part, int parts)
         if (i + 8 < of.end)
             __builtin_prefetch(&all[o->contacts.at[i + 8]]);
         points += c->count;
+        o->colours[i] = (uint8_t)c->colour;
         if (c->colour != LL_NONE) {
             count[c->colour]++;
             used |= UINT64_C(1) << c->colour;
@@ -104,28 +107,30 @@ static void count_colours(void *context, int part, int parts)
 static void place_contacts(void *context, int part, int parts)
 {
     ordering *o = context;
-    const ll_contact *all = ll_contacts(o->w);
+    int32_t *orders = o->orders, *at = o->at[part];
     ll_share of = ll_share_of(o->contacts.count, part, parts);
-    for (int32_t i = of.begin; i < of.end; i++) {
-        const ll_contact *c = &all[o->contacts.at[i]];
-        if (c->colour != LL_NONE)
-            ll_orders(o->w)[o->at[part][c->colour]++] = o->contacts.at[i];
-    }
+    for (int32_t i = of.begin; i < of.end; i++)
+        if (o->colours[i] != (uint8_t)LL_NONE)
+            orders[at[o->colours[i]]++] = o->contacts.at[i];
 }
 
-int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll_colour_spans *spans)
+ll_contact_counts ll_order_contacts(const ll_rigid *w, ll_team *team, ll_index_list contacts,
+                                    ll_colour_spans *spans)
 {
     enum { least = 512 }; /* a contact takes 10 to 20 ns */
     int parts = ll_team_parts_of(team, contacts.count, least);
     ordering o; /* not all of it is used, nor cleared */
     o.w = w;
     o.contacts = contacts;
+    o.colours = (uint8_t *)ll_scratch(w) + contacts.first;
+    o.orders = ll_orders(w) + contacts.first;
     memset(o.at, 0, (size_t)parts * sizeof *o.at);
     ll_team_run(team, contacts.count, least, count_colours, &o);
-    int32_t total = 0, points = 0, coloured = 0;
+    int32_t total = 0, coloured = 0;
+    ll_contact_counts counts = {0};
     spans->used = 0;
     for (int k = 0; k < parts; k++) {
-        points += o.points[k];
+        counts.points += o.points[k];
         spans->used |= o.used[k];
     }
     for (uint64_t left = spans->used; left != 0; left &= left - 1) {
@@ -139,13 +144,20 @@ int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll
         spans->end[c] = total;
         coloured = c < LL_COLOURS ? total : coloured;
     }
-    w->colours |= spans->used & ((UINT64_C(1) << LL_COLOURS) - 1);
     LL_ASSERT(total <= contacts.count && total <= w->limits.contacts);
     ll_team_run(team, contacts.count, least, place_contacts, &o);
-    w->stats.points += points;
-    w->stats.touching += total;
-    w->stats.overflow += total - coloured;
-    return total;
+    counts.colours = spans->used & ((UINT64_C(1) << LL_COLOURS) - 1);
+    counts.touching = total;
+    counts.overflow = total - coloured;
+    return counts;
+}
+
+void ll_count_contacts(ll_rigid *w, const ll_contact_counts *counts)
+{
+    w->colours |= counts->colours;
+    w->stats.points += counts->points;
+    w->stats.touching += counts->touching;
+    w->stats.overflow += counts->overflow;
 }
 
 size_t ll_contact_constraints_size(const ll_rigid_limits *limits)
@@ -177,8 +189,9 @@ static void prepare_point(const ll_rigid *w, ll_contact_constraint *r, ll_contac
 ll_contact_constraints ll_prepare_contacts(ll_rigid *w)
 {
     ll_colour_spans spans;
-    ll_contact_constraints rows = {ll_solver_memory(w),
-                                   ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans)};
+    ll_contact_counts counts = ll_order_contacts(w, NULL, ll_whole(w).contacts, &spans);
+    ll_contact_constraints rows = {ll_solver_memory(w), counts.touching};
+    ll_count_contacts(w, &counts);
     for (int32_t i = 0; i < rows.count; i++) {
         ll_contact_constraint *r = &rows.at[i];
         const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];

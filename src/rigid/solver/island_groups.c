@@ -116,7 +116,7 @@ static void place_edges(const ll_groups *g, const ll_island_edge *links, int32_t
         out[end[group_of(g, &links[i])]++] = links[i].number;
 }
 
-ll_groups ll_group_islands(ll_rigid *w)
+ll_groups ll_group_islands(ll_rigid *w, ll_team *team)
 {
     ll_groups g = memory_of(w), whole = {.count = 1};
     if (w->awake < least_world || w->stats.step < w->whole_until)
@@ -128,7 +128,7 @@ ll_groups ll_group_islands(ll_rigid *w)
         g.of[ll_awake_bodies(w)[i]] = LL_NONE;
     }
     ll_island_edge *links = ll_island_edges(w);
-    int32_t touching = ll_touching_edges(w, links), joints = ll_joint_edges(w, links + touching);
+    int32_t touching = ll_touching_edges(w, team, links), joints = ll_joint_edges(w, links + touching);
     ll_join(g.parent, links, touching + joints);
     if (2 * group_islands(w, &g) > w->awake) {
         w->whole_until = w->stats.step + whole_steps;
@@ -144,7 +144,7 @@ static ll_index_list part(const int32_t *all, const int32_t *end, int32_t i)
 {
     int32_t begin = i > 0 ? end[i - 1] : 0;
     LL_ASSERT(begin >= 0 && begin <= end[i]); /* groups follow each other */
-    return (ll_index_list){.at = all + begin, .count = end[i] - begin};
+    return (ll_index_list){.at = all + begin, .count = end[i] - begin, .first = begin};
 }
 
 ll_group ll_group_at(const ll_rigid *w, const ll_groups *g, int32_t i)

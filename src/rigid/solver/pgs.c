@@ -80,7 +80,7 @@ ll_contact_constraints ll_pgs_velocities(ll_rigid *w, double baumgarte)
     ll_contact_constraints rows = ll_prepare_contacts(w);
     ll_softness stiff = {w->params.baumgarte / w->dt, 1, 0};
     ll_prepare_body_steps(w, all.bodies, w->dt);
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     ll_bounce(w, &bounces, w->dt, w->dt);
     ll_integrate_velocities(w, all.bodies, w->dt);
     ll_joint_set joints = ll_prepare_joints(w, all.joints);

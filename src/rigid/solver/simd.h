@@ -19,6 +19,12 @@ static inline vd v_choose(vd a, vd b, vd x, vd y)
     return _mm256_blendv_pd(y, x, _mm256_cmp_pd(a, b, _CMP_GT_OQ));
 }
 
+/* a > b ? 0 : y */
+static inline vd v_unless(vd a, vd b, vd y)
+{
+    return _mm256_andnot_pd(_mm256_cmp_pd(a, b, _CMP_GT_OQ), y);
+}
+
 static inline void v_transpose(vd r[4])
 {
     vd t0 = _mm256_unpacklo_pd(r[0], r[1]), t1 = _mm256_unpackhi_pd(r[0], r[1]);
@@ -49,8 +55,10 @@ static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd i
 #elif LL_WIDE == 2
 #include <emmintrin.h>
 typedef __m128d vd;
-#define v_load _mm_loadu_pd
-#define v_store _mm_storeu_pd
+/* Aligned, which the arithmetic of SSE2 requires of operands in memory: wide contacts and solver bodies are.
+ */
+#define v_load _mm_load_pd
+#define v_store _mm_store_pd
 #define v_all _mm_set1_pd
 #define v_max _mm_max_pd
 #define v_min _mm_min_pd
@@ -59,6 +67,12 @@ static inline vd v_choose(vd a, vd b, vd x, vd y)
 {
     vd mask = _mm_cmpgt_pd(a, b);
     return _mm_or_pd(_mm_and_pd(mask, x), _mm_andnot_pd(mask, y));
+}
+
+/* a > b ? 0 : y */
+static inline vd v_unless(vd a, vd b, vd y)
+{
+    return _mm_andnot_pd(_mm_cmpgt_pd(a, b), y);
 }
 
 static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
@@ -88,6 +102,7 @@ typedef double vd;
 #define v_max(a, b) ((a) > (b) ? (a) : (b))
 #define v_min(a, b) ((a) < (b) ? (a) : (b))
 #define v_choose(a, b, x, y) ((a) > (b) ? (x) : (y))
+#define v_unless(a, b, y) ((a) > (b) ? 0 : (y))
 
 static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {

@@ -23,7 +23,8 @@ typedef struct ll_wide_contact {
     double ma[LL_LANES], ia[LL_LANES], mb[LL_LANES], ib[LL_LANES]; /* inverse masses and moments */
     double nx[LL_LANES], ny[LL_LANES];
     double friction[LL_LANES];
-    ll_wide_point at[2]; /* an absent point has masses 0 and never touches */
+    double coupling[LL_LANES]; /* change of one point's normal velocity by an impulse at the other */
+    ll_wide_point at[2];       /* an absent point has masses 0 and never touches */
 } ll_wide_contact;
 
 typedef struct ll_soft_pass {

@@ -41,7 +41,16 @@ typedef struct soft_group {
     ll_softness stiff;    /* of joints */
     ll_soft_pass push[2]; /* the second with an immovable body */
     ll_soft_pass rest[2];
+    int32_t first_sink, pad;
 } soft_group;
+
+/* What one thread solves groups with: its part of the solver's memory, and a sink that is its own. */
+typedef struct workshop {
+    char *memory;
+    size_t bytes;
+    ll_contact_counts counts; /* of all that it has solved */
+    int32_t first_sink, pad;  /* LL_NONE: no other thread solves at the same time */
+} workshop;
 
 /* Fewest elements that are worth a team. A wide contact takes about 50 ns in a pass, a body 10 ns in an
  * integration. */
@@ -130,6 +139,9 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
     ll_relative_motion since = ll_relative_motion_of(w, from);
     for (int k = 0; k < from->count; k++)
         fill_point(w, c, lane, k, &from->at[k], &since);
+    c->coupling[lane] = a->inv_mass + b->inv_mass +
+                        (a->inv_inertia * c->at[0].cross_a[lane] * c->at[1].cross_a[lane] +
+                         b->inv_inertia * c->at[0].cross_b[lane] * c->at[1].cross_b[lane]);
 }
 
 typedef struct filling {
@@ -158,7 +170,8 @@ static void fill(void *context, int part, int parts)
     }
 }
 
-static void add_batch(batches *all, ll_rigid *w, ll_team *team, const ll_colour_spans *spans, int c)
+static void add_batch(batches *all, const ll_rigid *w, ll_team *team, const int32_t *orders,
+                      const ll_colour_spans *spans, int c)
 {
     int32_t count = spans->end[c] - spans->begin[c];
     batch *b = &all->at[all->count++];
@@ -166,46 +179,57 @@ static void add_batch(batches *all, ll_rigid *w, ll_team *team, const ll_colour_
                  .count = (count + LL_LANES - 1) / LL_LANES,
                  .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
                  .alone = c >= LL_COLOURS};
-    filling f = {w, b, ll_orders(w) + spans->begin[c], count};
+    filling f = {w, b, orders + spans->begin[c], count};
     ll_team_run(team, b->count, team_contacts, fill, &f);
     all->contacts += b->count;
-    LL_ASSERT((size_t)all->contacts * sizeof(ll_wide_contact) <= size(&w->limits));
 }
 
 #define COLOURS(from, to) ((UINT64_C(1) << (to)) - (UINT64_C(1) << (from)))
 
 /* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
-__attribute__((noinline)) static void prepare(batches *all, ll_rigid *w, ll_team *team,
-                                              ll_index_list contacts)
+__attribute__((noinline)) static void prepare(batches *all, const ll_rigid *w, ll_team *team,
+                                              ll_index_list contacts, workshop *shop)
 {
     /* Contacts with the ground are solved last. */
     static const uint64_t order[] = {
         COLOURS(LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_DYNAMIC + 1), COLOURS(0, LL_COLOURS_DYNAMIC),
         COLOURS(LL_OVERFLOW_STATIC, LL_OVERFLOW_STATIC + 1), COLOURS(LL_COLOURS_DYNAMIC, LL_COLOURS)};
     ll_colour_spans spans;
-    ll_order_contacts(w, team, contacts, &spans);
-    all->all = ll_solver_memory(w);
+    ll_contact_counts counts = ll_order_contacts(w, team, contacts, &spans);
+    shop->counts.colours |= counts.colours;
+    shop->counts.points += counts.points;
+    shop->counts.touching += counts.touching;
+    shop->counts.overflow += counts.overflow;
+    all->all = (ll_wide_contact *)(void *)shop->memory;
     all->count = all->contacts = 0;
     for (size_t i = 0; i < sizeof order / sizeof order[0]; i++)
         for (uint64_t left = spans.used & order[i]; left != 0; left &= left - 1)
-            add_batch(all, w, team, &spans, __builtin_ctzll(left));
+            add_batch(all, w, team, ll_orders(w) + contacts.first, &spans, __builtin_ctzll(left));
+    LL_ASSERT((size_t)all->contacts * sizeof(ll_wide_contact) <= shop->bytes);
+}
+
+static void store_lane(ll_contact *to, const ll_wide_contact *c, int lane)
+{
+    for (int k = 0; k < c->points[lane]; k++) {
+        to->at[k].normal_impulse = c->at[k].normal_impulse[lane];
+        to->at[k].tangent_impulse = c->at[k].tangent_impulse[lane];
+    }
 }
 
 static void store(void *context, int part, int parts)
 {
     const soft_group *g = context;
+    ll_contact *contacts = ll_contacts(g->w);
     ll_share of = ll_share_of(g->all.contacts, part, parts);
-    for (int32_t i = of.begin; i < of.end; i++)
+    for (int32_t i = of.begin; i < of.end; i++) {
+        const ll_wide_contact *c = &g->all.all[i], *ahead = &g->all.all[i + 3 < of.end ? i + 3 : i];
         for (int lane = 0; lane < LL_LANES; lane++) {
-            const ll_wide_contact *c = &g->all.all[i];
-            if (c->contact[lane] == LL_NONE)
-                continue;
-            ll_contact *to = &ll_contacts(g->w)[c->contact[lane]];
-            for (int k = 0; k < c->points[lane]; k++) {
-                to->at[k].normal_impulse = c->at[k].normal_impulse[lane];
-                to->at[k].tangent_impulse = c->at[k].tangent_impulse[lane];
-            }
+            for (int k = 0; k < ahead->points[lane]; k++)
+                __builtin_prefetch(&contacts[ahead->contact[lane]].at[k].normal_impulse, 1);
+            if (c->contact[lane] != LL_NONE)
+                store_lane(&contacts[c->contact[lane]], c, lane);
         }
+    }
 }
 
 /* ---- substeps ---- */
@@ -250,7 +274,7 @@ static void pass_part(void *context, int part, int parts)
     const contact_pass *p = context;
     ll_share of = ll_share_of(p->batch->count, part, parts);
     ll_soft_pass pass = *p->pass;
-    pass.sink = p->batch->fixed ? p->first_sink + part : LL_NONE;
+    pass.sink = p->first_sink != LL_NONE && p->batch->fixed ? p->first_sink + part : LL_NONE;
     p->loop(p->batch->at + of.begin, of.end - of.begin, p->states, &pass);
 }
 
@@ -261,15 +285,15 @@ static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alon
     for (int32_t i = 0; i < g->all.count; i++) {
         const batch *b = &g->all.at[i];
         ll_team *team = b->alone ? NULL : g->team;
-        if (ll_team_parts_of(team, b->count, team_contacts) == 1) {
+        if (g->first_sink == LL_NONE && ll_team_parts_of(team, b->count, team_contacts) == 1) {
             (b->alone ? alone : wide)(b->at, b->count, states, &pass[b->fixed]);
             continue;
         }
         contact_pass p = {.batch = b,
                           .states = states,
-                          .loop = wide,
+                          .loop = b->alone ? alone : wide,
                           .pass = &pass[b->fixed],
-                          .first_sink = ll_first_sink(g->w)};
+                          .first_sink = g->first_sink};
         ll_team_run(team, b->count, team_contacts, pass_part, &p);
     }
 }
@@ -357,19 +381,21 @@ static double substep_of(const ll_rigid *w)
     return w->dt / (double)w->params.substeps;
 }
 
-static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, const ll_group *members,
-                        bool crowded)
+static void solve_group(ll_rigid *w, ll_team *team, const ll_group *members, bool crowded, workshop *shop)
 {
     soft_group g; /* few of its batches are used, and none is cleared */
     g.w = w;
     g.team = team;
-    g.loops = loops;
+    g.loops = loops_of(w);
     g.members = *members;
     g.h = substep_of(w);
+    g.first_sink = shop->first_sink;
     set_softness(&g, &w->params);
-    prepare(&g.all, w, team, members->contacts);
+    prepare(&g.all, w, team, members->contacts, shop);
     on_bodies(&g, prepare_bodies);
-    ll_bounces bounces = ll_begin_bounces(w, team, members->contacts);
+    size_t used = ((size_t)g.all.contacts * sizeof(ll_wide_contact) + 63) & ~(size_t)63;
+    ll_bounces bounces =
+        ll_begin_bounces(w, team, members->contacts, shop->memory + used, shop->bytes - used);
     bounces.crowded |= crowded;
     g.joints = ll_prepare_joints(w, members->joints);
     for (int64_t i = 0; i < w->params.substeps; i++) {
@@ -381,18 +407,103 @@ static void solve_group(ll_rigid *w, ll_team *team, const ll_soft_loops *loops, 
     ll_store_joints(w, &g.joints);
 }
 
-/* A team solves the awake world at once: in groups that fit one cache its threads would meet too often. */
+/* ---- groups ---- */
+
+static workshop workshop_of(const ll_rigid *w, int part, int parts)
+{
+    size_t bytes = (w->at.end - w->at.solver) / (size_t)parts & ~(size_t)63;
+    return (workshop){.memory = (char *)ll_solver_memory(w) + (size_t)part * bytes,
+                      .bytes = bytes,
+                      .first_sink = parts > 1 ? ll_first_sink(w) + part : LL_NONE};
+}
+
+/* Groups of which each thread solves some by itself, without waiting for the others. */
+typedef struct shared_groups {
+    ll_rigid *w;
+    const ll_groups *groups;
+    workshop shop[LL_TEAM_PARTS_MAX];
+} shared_groups;
+
+/* Groups follow each other by their first body. */
+static ll_share groups_of_part(const ll_rigid *w, const ll_groups *g, int part, int parts)
+{
+    ll_share of = ll_share_of(w->awake, part, parts), groups = {0, 0};
+    while (groups.begin < g->count && (groups.begin > 0 ? g->body_end[groups.begin - 1] : 0) < of.begin)
+        groups.begin++;
+    for (groups.end = groups.begin; groups.end < g->count; groups.end++)
+        if ((groups.end > 0 ? g->body_end[groups.end - 1] : 0) >= of.end)
+            break;
+    return groups;
+}
+
+static void solve_share(void *context, int part, int parts)
+{
+    shared_groups *s = context;
+    ll_share of = groups_of_part(s->w, s->groups, part, parts);
+    for (int32_t i = of.begin; i < of.end; i++) {
+        ll_group group = ll_group_at(s->w, s->groups, i);
+        solve_group(s->w, NULL, &group, false, &s->shop[part]);
+    }
+}
+
+static bool is_even(const ll_rigid *w, const ll_groups *g, int parts)
+{
+    for (int part = 0; part < parts; part++) {
+        ll_share of = groups_of_part(w, g, part, parts);
+        int32_t bodies = 0;
+        for (int32_t i = of.begin; i < of.end; i++) {
+            ll_group group = ll_group_at(w, g, i);
+            size_t most = (size_t)group.contacts.count / LL_LANES + LL_COLOUR_SLOTS + 1;
+            if (most * sizeof(ll_wide_contact) > workshop_of(w, part, parts).bytes)
+                return false;
+            bodies += group.bodies.count;
+        }
+        if (8 * (int64_t)parts * bodies > 9 * (int64_t)w->awake)
+            return false;
+    }
+    return true;
+}
+
+/* Whether the threads of a team share the groups; only if these fit its parts of the memory, and are about as
+ * many bodies for each. Joints and impacts have no memory of their own for each thread. */
+static bool solve_apart(ll_rigid *w, ll_team *team)
+{
+    int parts = ll_team_parts(team);
+    if (w->joints > 0 || w->bouncing > 0)
+        return false;
+    ll_groups groups = ll_group_islands(w, team);
+    if (groups.count < parts || !is_even(w, &groups, parts))
+        return false;
+    shared_groups s; /* not all of it is used, nor cleared */
+    s.w = w;
+    s.groups = &groups;
+    for (int k = 0; k < parts; k++)
+        s.shop[k] = workshop_of(w, k, parts);
+    team->run(team, solve_share, &s);
+    for (int k = 0; k < parts; k++)
+        ll_count_contacts(w, &s.shop[k].counts);
+    return true;
+}
+
+/* A team shares the groups, or solves the awake world at once: in groups that fit one cache its threads would
+ * meet too often. */
 static void solve(ll_rigid *w, ll_team *team)
 {
-    const ll_soft_loops *loops = loops_of(w);
     ll_groups groups = {.count = 1};
-    if (team == NULL)
-        groups = ll_group_islands(w);
+    workshop shop = workshop_of(w, 0, 1);
+    if (ll_team_parts(team) > 1) {
+        if (solve_apart(w, team))
+            return;
+        shop.first_sink = ll_first_sink(w);
+    } else {
+        groups = ll_group_islands(w, NULL);
+    }
     bool crowded = groups.count > 1 && ll_bounces_crowded(w, substep_of(w));
     for (int32_t i = 0; i < groups.count; i++) {
         ll_group group = ll_group_at(w, &groups, i);
-        solve_group(w, team, loops, &group, crowded);
+        solve_group(w, team, &group, crowded, &shop);
     }
+    ll_count_contacts(w, &shop.counts);
 }
 
 const ll_solver ll_solver_soft_step = {

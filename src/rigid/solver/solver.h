@@ -35,7 +35,8 @@ ll_softness ll_soft(double hertz, double damping, double h);
 
 typedef struct ll_index_list {
     const int32_t *at; /* indices */
-    int32_t count, pad;
+    int32_t count;
+    int32_t first; /* of contacts: how many are in the groups before this one */
 } ll_index_list;
 
 typedef struct ll_group {
@@ -54,7 +55,7 @@ ll_group ll_whole(const ll_rigid *w);                 /* the awake world */
 
 /* Groups of whole islands that fit the cache. Each group keeps the order of the whole world, so that solving
  * group after group gives the same bits as solving the world at once. */
-ll_groups ll_group_islands(ll_rigid *w);
+ll_groups ll_group_islands(ll_rigid *w, ll_team *team);
 ll_group ll_group_at(const ll_rigid *w, const ll_groups *groups, int32_t i);
 
 /* ---- bodies ---- */
@@ -66,14 +67,23 @@ void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h);
 
 /* ---- contacts, one by one ---- */
 
-/* Where the contacts of a colour are in `order`; known for the colours in `used` alone, a bit each. */
+/* Where the contacts of a colour are behind the first of `order`; known for the colours in `used` alone, a
+ * bit each. */
 typedef struct ll_colour_spans {
     uint64_t used;
     int32_t begin[LL_COLOUR_SLOTS], end[LL_COLOUR_SLOTS];
 } ll_colour_spans;
 
-/* Sorts touching contacts by colour into `order`. Returns their count, and adds to the step's statistics. */
-int32_t ll_order_contacts(ll_rigid *w, ll_team *team, ll_index_list contacts, ll_colour_spans *spans);
+typedef struct ll_contact_counts { /* for the step's statistics */
+    uint64_t colours;
+    int32_t points, touching, overflow, pad;
+} ll_contact_counts;
+
+/* Sorts touching contacts by colour into `order` from contacts.first on, as `spans` says. Uses as many bytes
+ * of `scratch`. Threads may do this for different groups at the same time. */
+ll_contact_counts ll_order_contacts(const ll_rigid *w, ll_team *team, ll_index_list contacts,
+                                    ll_colour_spans *spans);
+void ll_count_contacts(ll_rigid *w, const ll_contact_counts *counts); /* adds to the statistics */
 
 typedef struct ll_contact_constraint_point { /* contact point; normal and anchors rotate with their bodies */
     ll_vec2 ra, rb; /* anchors from the centres of mass, at the beginning of the step */
@@ -133,16 +143,21 @@ static inline void ll_solve_both(const double v[2], const double mass[2], double
 
 /* ---- impacts with restitution; see bounce.c ---- */
 
+typedef struct ll_bounce_row ll_bounce_row;
+
 typedef struct ll_bounces {
+    ll_rigid *world;
+    ll_team *team;
     int32_t *at; /* indices of contacts, in the memory of `order` */
-    int32_t count;
-    uint32_t *marked; /* a bit for each: to be tried */
+    int32_t count, room;
+    uint32_t *marked;    /* a bit for each: to be tried */
+    ll_bounce_row *rows; /* of each; NULL: there are more than `room` */
     bool crowded;
 } ll_bounces;
 
 /* Contacts that may bounce in this step. Call after ll_prepare_body_steps and after the last use of `order`.
- */
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts);
+ * `memory`: free until ll_end_bounces, or NULL; it makes no difference to the results. */
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts, void *memory, size_t bytes);
 /* Whether more contacts of the whole world may bounce than can be followed through rows. For a solver that
  * solves groups one after the other: the groups must not decide each for itself. h: a substep. */
 bool ll_bounces_crowded(ll_rigid *w, double h);

@@ -103,7 +103,7 @@ static void solve(ll_rigid *w, ll_team *team)
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             rows.at[i].at[k].normal_impulse = rows.at[i].at[k].tangent_impulse = 0;
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_bounce(w, &bounces, h, 2 * h);
         ll_integrate_velocities(w, all.bodies, h);

@@ -307,7 +307,9 @@ static ll_contact_constraint row_of(const ll_rigid *w, int32_t contact)
 static ll_contact_constraints prepare(ll_rigid *w, ll_index_list contacts)
 {
     ll_colour_spans spans;
-    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, NULL, contacts, &spans)};
+    ll_contact_counts counts = ll_order_contacts(w, NULL, contacts, &spans);
+    ll_contact_constraints rows = {ll_solver_memory(w), counts.touching};
+    ll_count_contacts(w, &counts);
     for (int32_t i = 0; i < rows.count; i++)
         rows.at[i] = row_of(w, ll_orders(w)[i]);
     for (int32_t i = 0; i < contacts.count; i++) {
@@ -368,7 +370,7 @@ static void solve(ll_rigid *w, ll_team *team)
     for (int32_t i = 0; i < w->body_end; i++) /* immovable bodies too */
         pasts(w)[i] = (past){.q = {1, 0}};
     ll_prepare_body_steps(w, all.bodies, h);
-    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts);
+    ll_bounces bounces = ll_begin_bounces(w, NULL, all.contacts, NULL, 0);
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_bounce(w, &bounces, h, h);
         substep(w, all.bodies, rows, h);

@@ -17,6 +17,8 @@
  * query for each obstacle. A fast bullet costs another query, and a pass over all bullets per impact. */
 #include "rigid/world/continuous.h"
 
+#include <string.h>
+
 #include "base/detmath.h"
 #include "rigid/contact/contact.h"
 #include "rigid/shape/distance.h"
@@ -207,21 +209,55 @@ static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
     return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodies(w)[body].extent);
 }
 
-/* Makes other bodies' queries find the swept ones. */
-static void cover_paths(ll_rigid *w)
+/* Lists of bodies, made in parts: a part writes its own at its own place of `at`. */
+typedef struct listing {
+    ll_rigid *w;
+    int32_t *at;
+    ll_share part[LL_TEAM_PARTS_MAX];
+} listing;
+
+/* Joins the lists in the order of the parts. Returns the count. */
+static int32_t run_listing(ll_rigid *w, ll_team *team, ll_team_job *job, int32_t *at)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
+    enum { least = 512 }; /* a body takes about 10 ns */
+    listing l = {.w = w, .at = at};
+    int32_t count = 0;
+    ll_team_run(team, w->awake, least, job, &l);
+    for (int k = 0; k < LL_TEAM_PARTS_MAX; k++) {
+        int32_t found = l.part[k].end - l.part[k].begin;
+        memmove(at + count, at + l.part[k].begin, (size_t)found * sizeof *at);
+        count += found;
+    }
+    return count;
+}
+
+static void cover_part(void *context, int part, int parts)
+{
+    listing *l = context;
+    ll_rigid *w = l->w;
+    ll_share of = ll_share_of(w->awake, part, parts);
+    int32_t end = of.begin;
+    for (int32_t i = of.begin; i < of.end; i++) {
         int32_t body = ll_awake_bodies(w)[i];
         const ll_solver_body *m = &ll_solver_bodies(w)[body];
         ll_body *b = &ll_bodies(w)[body];
         if (b->drift + ll_length(m->d) + fabs(m->turn) * b->extent <= b->slack)
             continue;
         b->drift = INFINITY; /* its boxes are recomputed at the end of the step */
-        for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
+        for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next)
             ll_boxes(w)[s] = path_box(w, body, s);
-            ll_broad_of(w)->move(ll_broad_state(w), ll_boxes(w), s);
-        }
+        l->at[end++] = body;
     }
+    l->part[part] = (ll_share){of.begin, end};
+}
+
+/* Makes other bodies' queries find the swept ones. */
+static void cover_paths(ll_rigid *w, ll_team *team, int32_t *room)
+{
+    int32_t count = run_listing(w, team, cover_part, room);
+    for (int32_t i = 0; i < count; i++)
+        for (int32_t s = ll_bodies(w)[room[i]].shape; s != LL_NONE; s = ll_shapes(w)[s].next)
+            ll_broad_of(w)->move(ll_broad_state(w), ll_boxes(w), s);
 }
 
 static void find_time_of_impact(ll_rigid *w, int32_t body, bool still)
@@ -234,23 +270,29 @@ static void find_time_of_impact(ll_rigid *w, int32_t body, bool still)
                               &s);
 }
 
-/* Writes fast bodies into `list` and marks the others as not swept. `lightest`: largest inverse mass among
- * them. */
-static int32_t fast_bodies(ll_rigid *w, int32_t *list, double *lightest)
+/* Lists fast bodies and marks the others as not swept. */
+static void list_fast(void *context, int part, int parts)
 {
-    int32_t count = 0;
-    *lightest = 0;
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t body = ll_awake_bodies(w)[i];
-        bool fast = is_fast(w, body);
-        ll_body_steps(w)[body].touch = fast ? 1 : -1;
-        ll_body_steps(w)[body].stopper = LL_NONE;
-        if (!fast)
-            continue;
-        list[count++] = body;
-        *lightest = ll_max(*lightest, ll_body_sims(w)[body].inv_mass);
+    listing *l = context;
+    ll_share of = ll_share_of(l->w->awake, part, parts);
+    int32_t end = of.begin;
+    for (int32_t i = of.begin; i < of.end; i++) {
+        int32_t body = ll_awake_bodies(l->w)[i];
+        bool fast = is_fast(l->w, body);
+        ll_body_steps(l->w)[body].touch = fast ? 1 : -1;
+        ll_body_steps(l->w)[body].stopper = LL_NONE;
+        if (fast)
+            l->at[end++] = body;
     }
-    return count;
+    l->part[part] = (ll_share){of.begin, end};
+}
+
+static double largest_inverse_mass(const ll_rigid *w, const int32_t *bodies, int32_t count)
+{
+    double most = 0;
+    for (int32_t i = 0; i < count; i++)
+        most = ll_max(most, ll_body_sims(w)[bodies[i]].inv_mass);
+    return most;
 }
 
 /* The shapes that bodies may be swept against, if there are fewer than `most`; else returns -1. */
@@ -296,10 +338,11 @@ static void sweep_by_obstacle(void *context, int part, int parts)
 }
 
 static void find_times_of_impact(ll_rigid *w, ll_team *team, const int32_t *fast, int32_t count,
-                                 double lightest, int32_t *room)
+                                 int32_t *room)
 {
     enum { least = 16 }; /* a body takes about a microsecond */
     /* Searching for obstacles costs as much as some queries. */
+    double lightest = largest_inverse_mass(w, fast, count);
     int32_t found = count > w->shape_end / 16 ? obstacles(w, lightest, room, count) : -1;
     times_of_impact all = {w, fast, room, count, found};
     ll_team_run(team, count, least, found < 0 ? sweep_bodies : sweep_by_obstacle, &all);
@@ -436,12 +479,11 @@ void ll_solve_continuous(ll_rigid *w, ll_team *team)
     if (w->params.continuous != LL_CONTINUOUS_SWEPT)
         return;
     stops all = {.list = ll_scratch(w)};
-    double lightest;
-    all.count = w->stats.swept = fast_bodies(w, all.list, &lightest);
+    all.count = w->stats.swept = run_listing(w, team, list_fast, all.list);
     if (all.count == 0)
         return;
-    cover_paths(w);
-    find_times_of_impact(w, team, all.list, all.count, lightest, all.list + all.count);
+    cover_paths(w, team, all.list + all.count);
+    find_times_of_impact(w, team, all.list, all.count, all.list + all.count);
     if (w->bullets > 0)
         stop_bullets_where_they_meet(w, &all);
     for (int32_t i = 0; i < all.count; i++) {
