@@ -63,7 +63,7 @@ static inline ll_pair *ll_histogram_sums(ll_histogram *h)
     return (ll_pair *)(void *)&h->sum;
 }
 
-/* Adds a value >= 0 so many times: the same as that many calls of ll_histogram_add. Inline, since a frame
+/* Adds a value >= 0 `times` times: the same as that many calls of ll_histogram_add. Inline, since a frame
  * adds about ten values per player. */
 LL_INLINE void ll_histogram_add_times(ll_histogram *h, double value, int times)
 {

@@ -208,7 +208,7 @@ static void buckets_ascend_without_gaps(void **state)
     assert_int_equal(before, LL_HISTOGRAM_BUCKETS - 1);
 }
 
-/* A value added several times is the same, to the bit, as so many calls. */
+/* A value added several times is the same, to the bit, as one call for each time. */
 static void several_at_once(void **state)
 {
     (void)state;

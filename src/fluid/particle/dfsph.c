@@ -87,7 +87,7 @@ static void relax_part(void *context, int part, int parts)
     }
 }
 
-/* A last iteration goes on to nowhere: nothing after it would correct what goes too far. */
+/* After the last iteration nothing would correct a momentum that goes too far. */
 static void take_back_momentum(const ll_particles *p, const relaxation *r)
 {
     double *pressure_factor = r->s->pressure_factor;

@@ -357,7 +357,7 @@ void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor, 
 }
 
 /* What the inner loops read of the pairs. Local: a store of `two` may be to anything, and pointers in the
- * block would be read anew for each pair. */
+ * block would be read again for each pair. */
 typedef struct gradients {
     const int32_t *pair;
     const double *ex, *ey, *slope;

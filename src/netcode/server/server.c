@@ -207,7 +207,7 @@ static __attribute__((noinline)) ll_rule judge_normalised(const ll_server *serve
     return ll_validate(&relative, use, &client_slot->limits.allowance, server->client_freq, now);
 }
 
-/* An input that arrived `ahead` steps before its own, and uses so much of the time budget. */
+/* An input that arrived `ahead` steps before its own, and takes `use` of the time budget. */
 static inline ll_rule judge(const ll_server *server, const ll_sync_mode *sync, ll_client_slot *client_slot,
                             const ll_action *action, int64_t ahead, double use, ll_time now)
 {
