@@ -347,7 +347,7 @@ void ll_ahead_note(ll_ahead *ahead, const ll_session *s, const ll_frame *newest)
     ahead->block = s->block;
     ahead->frame = (const char *)newest;
     ahead->frame_bytes = newest->size < AHEAD_BYTES ? newest->size : AHEAD_BYTES;
-    ahead->count = s->scenario.kind->touches ? s->scenario.kind->touches(s->block, ahead->stretch) : 0;
+    ahead->count = s->scenario.kind->touches ? s->scenario.kind->touches(s->block, ahead->range) : 0;
 }
 
 void ll_ahead_fetch(const ll_ahead *ahead)
@@ -357,6 +357,6 @@ void ll_ahead_fetch(const ll_ahead *ahead)
     ll_prefetch(ahead->session, sizeof(ll_session));
     ll_prefetch(ahead->frame, ahead->frame_bytes);
     for (int i = 0; i < ahead->count; i++)
-        ll_prefetch(ahead->block + (size_t)ahead->stretch[i].line * LL_LINE,
-                    (size_t)ahead->stretch[i].count * LL_LINE);
+        ll_prefetch(ahead->block + (size_t)ahead->range[i].line * LL_LINE,
+                    (size_t)ahead->range[i].count * LL_LINE);
 }

@@ -121,7 +121,7 @@ typedef struct ll_ahead {
     const char *session, *block, *frame;
     uint32_t frame_bytes;
     int count;
-    ll_stretch stretch[LL_STRETCHES_MAX];
+    ll_block_range range[LL_BLOCK_RANGES_MAX];
 } ll_ahead;
 
 void ll_ahead_note(ll_ahead *ahead, const ll_session *session, const ll_frame *newest);

@@ -4141,7 +4141,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;
@@ -4225,7 +4225,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;
@@ -4309,7 +4309,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;
@@ -4393,7 +4393,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;
@@ -4477,7 +4477,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;
@@ -4561,7 +4561,7 @@ export interface components {
              */
             tolerance?: number;
             /**
-             * @description Relaxation: fraction of each correction that dfsph and pbf apply.
+             * @description Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on.
              * @default 0.5
              */
             relaxation?: number;

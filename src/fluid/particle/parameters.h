@@ -38,7 +38,8 @@
         LL_PARTICLE_REAL(tolerance, 1e-9, 0.1, 1e-5, NULL,                                                   \
                          "Mean relative density error at which dfsph stops."),                               \
         LL_PARTICLE_REAL(relaxation, 0.05, 1.5, 0.5, NULL,                                                   \
-                         "Relaxation: fraction of each correction that dfsph and pbf apply."),               \
+                         "Relaxation: fraction of each correction that dfsph and pbf apply. dfsph adds "     \
+                         "Nesterov's momentum: 0.85 up to a relaxation of 0.54, none from 0.8 on."),         \
         LL_PARTICLE_REAL(                                                                                    \
             smoothing, 0, 0.5, smoothing_, NULL,                                                             \
             "XSPH of pbf: fraction of the neighbours' mean velocity that a particle takes on per "           \

@@ -60,7 +60,16 @@ ll_time ll_history_time(const ll_history *history, int64_t step)
     return record_at(history, step < oldest ? oldest : step > newest ? newest : step)->time;
 }
 
-/* Steps are almost even, so that a guess from the newest is almost right. */
+/* Between the two newest records; steps are almost even. */
+static ll_time newest_step(const ll_history *history)
+{
+    const int64_t newest = history->count - 1;
+    return newest == oldest_record(history)
+               ? 0
+               : record_at(history, newest)->time - record_at(history, newest - 1)->time;
+}
+
+/* From the newest record it is almost right. */
 static int64_t guess(const ll_history *history, ll_time time)
 {
     LL_ASSERT(history->count > 0);
@@ -68,15 +77,24 @@ static int64_t guess(const ll_history *history, ll_time time)
     const record *last = record_at(history, newest);
     if (time >= last->time || newest == oldest_record(history))
         return newest;
-    ll_time step = last->time - record_at(history, newest - 1)->time;
+    ll_time step = newest_step(history);
     return newest - (step > 0 ? (last->time - time) / step : 0);
+}
+
+static int64_t within(int64_t i, int64_t least, int64_t most)
+{
+    return i < least ? least : i > most ? most : i;
 }
 
 ll_moment ll_history_find_near(const ll_history *history, ll_time time, int64_t near)
 {
     const int64_t newest = history->count - 1, oldest = oldest_record(history);
     LL_ASSERT(newest >= 0);
-    int64_t i = near < oldest ? oldest : near > newest ? newest : near;
+    enum { FAR = 8 }; /* steps: to walk over them takes as long as a guess */
+    int64_t i = within(near, oldest, newest);
+    const ll_time away = time - record_at(history, i)->time;
+    if ((away < 0 ? -away : away) > FAR * newest_step(history))
+        i = within(guess(history, time), oldest, newest);
     const record *before = record_at(history, i), *after;
     while (i > oldest && before->time > time)
         before = record_at(history, --i);

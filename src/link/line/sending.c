@@ -298,7 +298,8 @@ ll_sending ll_link_send_by(ll_link *l, const ll_link_plan *plan, ll_time now, co
 bool ll_link_send_single(ll_link *l, const ll_link_plan *plan, ll_time now, const void *bytes, int size)
 {
     const message m = {bytes, size, true, plan};
-    if (plan->tap || plan->stages & 1U << LL_STAGE_DUPLICATE || packets_of(plan->params, size) != 1)
+    if (plan->stages == 0 || plan->tap || plan->stages & 1U << LL_STAGE_DUPLICATE ||
+        packets_of(plan->params, size) != 1)
         return false;
     LL_ASSERT(size >= 0 && size <= l->arena);
     l->stats.sent++;

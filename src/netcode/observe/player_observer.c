@@ -351,7 +351,7 @@ static void measure_others(ll_client_metrics *in, const ll_client *c, const ll_t
     by.frame = frame;
     by.pixel_m = in->corrections.pixel_m > 0 ? in->corrections.pixel_m : 1;
     by.drawn.when = LL_NEVER;
-    by.drawn.past = false;
+    by.drawn.past = by.plain = false;
     by.alike = 0;
     by.worst = -1;
     by.error = by.age = 0;

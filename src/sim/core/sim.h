@@ -89,11 +89,11 @@ static inline double ll_step_profiler_ns_per_s(const ll_step_profiler *step_prof
 }
 
 /* A part of a block, in lines of LL_LINE bytes (base/prefetch.h) from its start. */
-typedef struct ll_stretch {
+typedef struct ll_block_range {
     uint16_t line, count;
-} ll_stretch;
+} ll_block_range;
 
-enum { LL_STRETCHES_MAX = 96 };
+enum { LL_BLOCK_RANGES_MAX = 96 };
 
 typedef struct ll_sim_kind {
     const char *name;
@@ -125,9 +125,9 @@ typedef struct ll_sim_kind {
      * so that the tick of a failure is known; other kinds are advanced by many ticks. */
     ll_time (*stands_at)(const void *block);
 
-    /* What the next tick will touch, at most LL_STRETCHES_MAX parts: a hint, for prefetching. Returns their
-     * number. NULL: the kind cannot say. */
-    int (*touches)(const void *block, ll_stretch *stretch);
+    /* What the next tick will touch, at most LL_BLOCK_RANGES_MAX parts: a hint, for prefetching. Returns
+     * their number. NULL: the kind cannot say. */
+    int (*touches)(const void *block, ll_block_range *range);
 
     /* Live parameters of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);

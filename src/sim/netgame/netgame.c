@@ -568,7 +568,7 @@ static const char *player_name(const void *config, int player)
 
 typedef struct touched {
     const char *block;
-    ll_stretch *stretch;
+    ll_block_range *range;
     int count;
 } touched;
 
@@ -579,8 +579,8 @@ static void add(touched *t, const void *from, size_t bytes)
     bytes = bytes < BYTES_MOST ? bytes : BYTES_MOST;
     size_t at = (size_t)((const char *)from - t->block), first = at / LL_LINE,
            last = (at + bytes - 1) / LL_LINE;
-    if (t->count < LL_STRETCHES_MAX && last <= UINT16_MAX)
-        t->stretch[t->count++] = (ll_stretch){(uint16_t)first, (uint16_t)(last - first + 1)};
+    if (t->count < LL_BLOCK_RANGES_MAX && last <= UINT16_MAX)
+        t->range[t->count++] = (ll_block_range){(uint16_t)first, (uint16_t)(last - first + 1)};
 }
 
 /* From the first of two members to before the second. */
@@ -620,13 +620,13 @@ static void add_player(touched *t, const ll_netgame *g, int i)
     add_metrics(t, ll_netgame_client_metrics(g, i));
 }
 
-static int touches(const void *block, ll_stretch *stretch)
+static int touches(const void *block, ll_block_range *range)
 {
     const ll_netgame *g = block;
     const ll_server *server = ll_netgame_server(g);
     const ll_world *world = ll_server_world_const(server);
     const ll_history *history = ll_netgame_history(g);
-    touched t = {block, stretch, 0};
+    touched t = {block, range, 0};
     add(&t, g, offsetof(ll_netgame, at) + 2 * sizeof g->at[0]);
     ADD_BETWEEN(&t, &g->config, head.seed, head.title);
     add(&t, &g->config.server, sizeof g->config.server);

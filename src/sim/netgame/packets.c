@@ -95,7 +95,7 @@ static bool send_single(ll_netgame_run *run, int player, bool up, const void *pa
     const ll_netgame_seat *seat = &run->seat[player];
     const ll_link_plan *plan = up ? &seat->up_plan : &seat->down_plan;
     ll_message_head head;
-    if (run->recorder || run->observes & LL_OBSERVE_INPUTS || plan->stages == 0 ||
+    if (run->recorder || run->observes & LL_OBSERVE_INPUTS ||
         !ll_link_send_single(up ? seat->up : seat->down, plan, run->game->now, packet, bytes))
         return false;
     memcpy(&head, packet, sizeof head);

@@ -26,7 +26,10 @@ static ll_link_params random_params(uint64_t seed)
         return p; /* without impairments */
     p.jitter_ms = (double)draw(seed, 0, 94, 20);
     p.loss_pct = (double)draw(seed, 0, 95, 30);
-    p.duplicate_pct = (double)draw(seed, 0, 96, 30);
+    p.reorder_pct = (double)draw(seed, 0, 89, 30);
+    p.reorder_gap = 1 + (int64_t)draw(seed, 0, 87, 3);
+    p.corrupt_pct = (double)draw(seed, 0, 88, 10);
+    p.duplicate_pct = seed % 2 == 0 ? (double)draw(seed, 0, 96, 30) : 0;
     p.rate_kbps = draw(seed, 0, 97, 2) ? 100 : 0;
     return p;
 }
@@ -69,9 +72,11 @@ static int take_both(ll_link *a, ll_link *b, ll_time now)
 static void a_plan_changes_nothing(void **state)
 {
     (void)state;
-    int taken = 0, usual = 0, other = 0;
+    int taken = 0, usual = 0, other = 0, single = 0;
+    ll_time sent, due;
     for (uint64_t seed = 1; seed <= 60; seed++) {
-        ll_link *a = link_open(SLOTS, ARENA, seed, 3), *b = link_open(SLOTS, ARENA, seed, 3);
+        ll_link *a = link_open(SLOTS, ARENA, seed, 3), *b = link_open(SLOTS, ARENA, seed, 3),
+                *c = link_open(SLOTS, ARENA, seed, 3);
         const ll_link_params params = random_params(seed);
         const double lag_ms = (double)draw(seed, 0, 98, 100);
         const ll_link_plan plan = ll_link_plan_of(&params, lag_ms);
@@ -90,12 +95,20 @@ static void a_plan_changes_nothing(void **state)
             plain ? usual++ : other++;
             same_fates(&s, &t);
             same_links(a, b);
+            if (ll_link_send_single(c, &plan, now, bytes, size))
+                single++;
+            else
+                ll_link_send_by(c, &plan, now, bytes, size);
+            same_links(a, c);
             taken += take_both(a, b, now);
+            while (ll_link_receive(c, now, bytes, (int)sizeof bytes, &sent, &due) >= 0)
+                ;
         }
         free(a);
         free(b);
+        free(c);
     }
-    assert_true(taken > 10000 && usual > 3000 && other > 10000);
+    assert_true(taken > 10000 && usual > 3000 && other > 10000 && single > 5000);
 }
 
 int main(void)

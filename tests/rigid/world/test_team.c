@@ -62,6 +62,8 @@ static void the_same_bits_by_an_odd_number(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof trials / sizeof *trials; i += 2)
         compare(&trials[i], 5);
+    compare(&trials[1], 3); /* islands that threads share, in as many parts */
+    compare(&trials[1], 4);
 }
 
 /* Sleep changes the lists of awake bodies and contacts between the steps. */

@@ -99,12 +99,12 @@ static void what_a_tick_touches_lies_in_the_block(void **state)
     for (size_t k = 0; k < sizeof scenarios / sizeof *scenarios; k++) {
         scene s = scene_open(scenarios[k], NULL);
         for (int seconds = 0; seconds < 3; seconds++) {
-            ll_stretch stretch[LL_STRETCHES_MAX];
-            int count = ll_sim_netgame.touches(s.game, stretch);
-            assert_in_range(count, 8, LL_STRETCHES_MAX); /* a large block has parts out of reach */
+            ll_block_range range[LL_BLOCK_RANGES_MAX];
+            int count = ll_sim_netgame.touches(s.game, range);
+            assert_in_range(count, 8, LL_BLOCK_RANGES_MAX); /* a large block has parts out of reach */
             for (int i = 0; i < count; i++) {
-                size_t end = (size_t)(stretch[i].line + stretch[i].count) * LL_LINE;
-                assert_in_range(stretch[i].count, 1, 33);
+                size_t end = (size_t)(range[i].line + range[i].count) * LL_LINE;
+                assert_in_range(range[i].count, 1, 33);
                 assert_true(end < ll_netgame_bytes(s.game) + LL_LINE);
             }
             scene_run(&s, seconds + 1, NULL);

@@ -5,7 +5,7 @@ import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
 import { counts, drawn, takeNewest, whenFrame } from '../session/session.js';
 import { frame } from '../session/state.js';
-import { beat, paced, redraw, touch } from '../draw/redraw.js';
+import { beat, paced, redraw, rest, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
 import { showReplay } from './header.js';
 
@@ -42,6 +42,7 @@ function draw() {
     redraw.opening = false;
     touch();
   }
+  rest();
   costs.push(performance.now() - from);
   if (costs.length > 600) costs.splice(0, 300);
 }

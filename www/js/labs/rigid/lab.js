@@ -387,7 +387,7 @@ function draw(frame, settled, name) {
   }
   const lines = (/** @type {'energy' | 'penetration'} */ what, /** @type {number} */ scale) =>
     record.tracks.map((track, i) => ({
-      xs: track.t,
+      xs: track.t.slice(),
       ys: track[what].map((v) => v * scale),
       name: nameOf(i),
       colour: paintOf(colours, i).text,

@@ -212,12 +212,17 @@ function showConnectionEvents(now) {
 const facts = paced(100); /* words that change with every frame */
 const lower = panel(0, 100),
   packet = panel(0, 100);
+/** Of the messages as they are drawn: the views may be newer. @type {Frame | null} */
+let laneFrame = null;
 
 /** @param {Frame} now @param {boolean} settled @param {boolean} name */
 export function draw(now, settled, name) {
   for (const canvas of document.getElementsByTagName('canvas')) if (canvas.dataset.view !== undefined) drawView(canvas, now, name);
   const texts = facts(settled);
-  lower(settled || name, () => drawMessages(now, name));
+  lower(settled || name, () => {
+    drawMessages(now, name);
+    laneFrame = now;
+  });
   if (packetView.value) packet(settled, () => packetView.value?.draw(now));
   if (texts) {
     showMessages();
@@ -278,18 +283,18 @@ export function listen() {
   document.addEventListener('keydown', stepDot);
   document.addEventListener('click', (event) => {
     const canvas = event.target;
-    if (!(canvas instanceof HTMLCanvasElement) || canvas.id !== 'lane' || frame.value === null) return;
-    select(nearestInput(laneOf(surfaceOf(canvas), frame.value), event.offsetX, event.offsetY));
+    if (!(canvas instanceof HTMLCanvasElement) || canvas.id !== 'lane' || laneFrame === null) return;
+    select(nearestInput(laneOf(surfaceOf(canvas), laneFrame), event.offsetX, event.offsetY));
   });
   document.addEventListener('keydown', (event) => {
     const box = event.target instanceof HTMLElement ? event.target.closest('[data-arrows]') : null;
     const canvas = box?.querySelector('canvas');
-    if (canvas?.id !== 'lane' || frame.value === null) return;
+    if (canvas?.id !== 'lane' || laneFrame === null) return;
     if (event.code === 'Enter') follow();
     if (event.code === 'Escape') select(null);
     const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
     if (step === 0) return;
     event.preventDefault();
-    select(inputNextTo(laneOf(surfaceOf(canvas), frame.value), step));
+    select(inputNextTo(laneOf(surfaceOf(canvas), laneFrame), step));
   });
 }

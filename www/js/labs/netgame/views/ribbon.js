@@ -61,7 +61,7 @@ export function drawRibbon(at, left, width, top, height) {
   const room = width - widthOf(pen, colours, text) - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));
-  const cell = Math.min(9, room / count);
+  const cell = Math.min(9, Math.floor((4 * room) / count) / 4); /* few widths: each has its image */
   const refused = at.memory.refused[player];
   const first = view.input_seq - count + 1,
     from = Math.max(0, -first),
