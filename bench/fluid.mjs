@@ -123,7 +123,7 @@ for (const peer of ['box2d.ts', 'liquidfun-wasm']) {
 }
 const liquidfun = 'particles liquidfun-wasm';
 if (speeds.has(liquidfun))
-  for (const name of [`${COARSE} pbf`, 'particles dfsph']) {
+  for (const name of [`${COARSE} pbf`, 'particles dfsph', 'particles by a tolerance of 0.005 dfsph']) {
     const ratio = median(speeds.get(name)) / median(speeds.get(liquidfun)),
       denser = compressionOf(name, 'compression_mean') / compressionOf(liquidfun, 'compression_mean');
     say(
