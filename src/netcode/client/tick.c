@@ -360,7 +360,8 @@ static inline int compose_usually(ll_client *c, const ll_client_setup *s, ll_tim
     return put(c, s, seq - count + 1, count, fresh, m, true);
 }
 
-int ll_client_usual_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+static __attribute__((always_inline)) inline int tick(ll_client *c, const ll_client_setup *s, ll_time now,
+                                                      void *packet, const bool usual)
 {
     ll_client_begin_tick(c, now);
     ll_client_apply_newest(c, s, now);
@@ -369,33 +370,23 @@ int ll_client_usual_tick(ll_client *c, const ll_client_setup *s, ll_time now, vo
         ll_client_miss(c, s, now);
         return 0;
     }
-    const ll_action action = act_usually(c, s, now);
-    const ll_time seen = c->drawing.view_time;
-    int made = inputs_due(c, s, &action, now, true);
-    for (; made > 0; made--)
-        make_input(c, s, &action, seen, now, true);
+    ll_time seen = c->drawing.view_time;
+    const ll_action action = usual ? act_usually(c, s, now) : act(c, s, &seen, now);
+    for (int made = inputs_due(c, s, &action, now, usual); made > 0; made--)
+        make_input(c, s, &action, seen, now, usual);
     if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
         ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
-    return compose_usually(c, s, now, packet);
+    return usual ? compose_usually(c, s, now, packet) : compose(c, s, now, packet);
+}
+
+int ll_client_usual_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    return tick(c, s, now, packet, true);
 }
 
 int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
-    ll_client_begin_tick(c, now);
-    ll_client_apply_newest(c, s, now);
-    if (!ll_connection_plays(&c->connection)) {
-        c->inputs.tick += s->sync->client_runs_ahead; /* the clock continues */
-        ll_client_miss(c, s, now);
-        return 0;
-    }
-    ll_time seen;
-    ll_action action = act(c, s, &seen, now);
-    int made = inputs_due(c, s, &action, now, false);
-    for (int i = 0; i < made; i++)
-        make_input(c, s, &action, seen, now, false);
-    if (s->client_metrics->observes & LL_OBSERVE_FRAMES)
-        ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->inputs.seq - c->inputs.acked));
-    return compose(c, s, now, packet);
+    return tick(c, s, now, packet, false);
 }
 
 bool ll_client_is_usual(const ll_client_setup *s)

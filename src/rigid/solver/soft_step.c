@@ -48,7 +48,7 @@ typedef struct soft_group {
 typedef struct workshop {
     char *memory;
     size_t bytes;
-    ll_contact_counts counts; /* of all that it has solved */
+    ll_contact_counts counts; /* of its groups */
     int32_t first_sink;       /* LL_NONE: no other thread solves at the same time */
     int32_t idle;             /* the body of empty lanes, which all passes write */
 } workshop;
