@@ -260,7 +260,8 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool 
     s->position = checkpoint ? checkpoint->position : (ll_log_position){0};
     if (s->status == LL_SESSION_FAILED) {
         s->status = LL_SESSION_PAUSED;
-        s->failure.status = ll_ok();
+        if (s->failure.tick < 0) /* else the log has it, with its reason */
+            s->failure.status = ll_ok();
     }
     if (ll_failed(&made)) {
         s->status = LL_SESSION_FAILED;

@@ -109,7 +109,7 @@ uint64_t ll_session_failed_hash(const ll_session *s)
 
 const ll_status *ll_session_error(const ll_session *s)
 {
-    return &s->failure.status;
+    return ll_session_get_info(s).status == LL_SESSION_FAILED ? &s->failure.status : NULL;
 }
 
 uint64_t ll_session_hash(ll_session *s)

@@ -184,7 +184,7 @@ ll_session_pulse ll_session_get_pulse(const ll_session *session);
 size_t ll_session_bytes(const ll_session *session);
 size_t ll_session_awake_bytes(const ll_session *session);
 
-const ll_status *ll_session_error(const ll_session *session); /* reason of the failure; code LL_OK: none */
+const ll_status *ll_session_error(const ll_session *session); /* reason of the failure; NULL: not failed */
 
 uint64_t ll_session_hash(ll_session *session);        /* of the present tick; wakes a parked session */
 struct cJSON *ll_session_params(ll_session *session); /* the whole scenario with its present values */
@@ -265,7 +265,8 @@ void ll_session_park(ll_session *session);
 /* Begins the transition that wakes a parked session; LL_NO_MEMORY. */
 ll_status ll_session_begin_wake(ll_session *session);
 
-/* Position and clock of a restored session, as last stored. The session must be parked. */
+/* Position and clock of a restored session, as last stored. The session must be parked. `tick` is that of
+ * the state, and of a failed session one more: its state comes after the tick. Negative: the log's end. */
 typedef struct ll_session_position {
     int64_t tick, head;
     double speed; /* 0: unchanged */

@@ -169,11 +169,15 @@ void ll_session_set_position(ll_session *s, ll_time wall, const ll_session_posit
     LL_ASSERT(!s->block);
     if (at->head > s->head && at->head <= s->end)
         s->head = at->head;
-    if (at->tick >= 0 && at->tick <= s->head)
+    bool known = at->tick >= 0, failed = s->failure.tick >= 0 && s->tick == s->failure.tick;
+    if (known && s->failure.tick >= 0) /* it may stand at that tick without having failed again */
+        failed = at->tick > s->failure.tick;
+    if (failed)
+        s->tick = s->failure.tick;
+    else if (known && at->tick <= s->head)
         s->tick = at->tick;
     if (at->speed > 0)
         s->clock.speed = at->speed;
-    bool failed = s->failure.tick >= 0 && s->tick == s->failure.tick;
     s->status = failed ? LL_SESSION_FAILED : at->playing ? LL_SESSION_PLAYING : LL_SESSION_PAUSED;
     ll_session_set_clock(s, wall);
 }

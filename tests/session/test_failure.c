@@ -122,11 +122,41 @@ static void test_failure_is_logged_once(void **state)
     lines log = {.size = 0};
     ll_session *s = failed_session(&log);
     order(s, "{\"op\":\"seek\",\"tick\":2}");
+    assert_null(ll_session_error(s));
+    lines written = {.size = 0};
+    ll_session_log(s, keep_line, &written);
+    char reason[400]; /* before it comes again, the log has it whole */
+    snprintf(reason, sizeof reason, "%s", strstr(log.text, "{\"op\":\"fail\""));
+    reason[strcspn(reason, "\n")] = '\0';
+    assert_non_null(strstr(written.text, reason));
     assert_int_equal(ll_session_run_to(s, 90).code, LL_DIVERGED);
     int told = 0;
     for (const char *at = log.text; (at = strstr(at, "{\"op\":\"fail\"")); at++)
         told++;
     assert_int_equal(told, 1);
+    ll_session_destroy(s);
+}
+
+/* A session may stand at the tick after which it failed without having failed again. */
+static void test_position_of_a_failure(void **state)
+{
+    (void)state;
+    lines log = {.size = 0};
+    ll_session *s = failed_session(&log), *restored;
+    int64_t tick = ll_session_failed_at(s);
+    for (int more = 0; more < 3; more++) {
+        must(ll_session_restore(log.text, log.size, NULL, NULL, &restored));
+        ll_session_set_position(restored, 0,
+                                &(ll_session_position){.tick = more < 2 ? tick + more : -1, .head = tick});
+        assert_int_equal(ll_session_get_info(restored).tick, tick);
+        assert_int_equal(ll_session_get_info(restored).status,
+                         more > 0 ? LL_SESSION_FAILED : LL_SESSION_PAUSED);
+        assert_int_equal(ll_session_hash(restored) == ll_session_hash(s), more > 0);
+        if (more == 0)
+            assert_int_equal(ll_session_run_to(restored, 90).code, LL_DIVERGED);
+        assert_true(ll_session_hash(restored) == ll_session_hash(s));
+        ll_session_destroy(restored);
+    }
     ll_session_destroy(s);
 }
 
@@ -170,6 +200,7 @@ int main(void)
         cmocka_unit_test(test_log_fork_and_sleep_keep_it),
         cmocka_unit_test(test_a_change_before_it_takes_it_back),
         cmocka_unit_test(test_failure_is_logged_once),
+        cmocka_unit_test(test_position_of_a_failure),
         cmocka_unit_test(test_a_failure_that_does_not_come_is_dropped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -167,7 +167,7 @@ void ll_session_entry_save(ll_session_entry *session_entry)
                      .key_count = identity->key_count,
                      .playing = info.status == LL_SESSION_PLAYING,
                      .speed = info.speed,
-                     .tick = info.tick,
+                     .tick = info.tick + (info.status == LL_SESSION_FAILED), /* ll_session_position */
                      .head_tick = info.head_tick,
                      .lines = stored->lines};
     const ll_class_key *key = atomic_load(&session_entry->shared.class_key);

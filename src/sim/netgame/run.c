@@ -501,6 +501,42 @@ static void renew_arrivals(const ll_netgame_run *run, schedule *next)
 }
 
 /* False when a world has diverged, at `where`. */
+static inline __attribute__((always_inline)) bool take_server_turn(ll_netgame_run *run, schedule *next,
+                                                                   turn now, divergence *where)
+{
+    bool finite = true;
+    switch (actor_of(now)) {
+    case ACTOR_STEP:
+        finite = server_steps(run, where);
+        renew_step(run, next);
+        if (run->sync->server_steps_at_update_hz)
+            renew_arrivals(run, next);
+        break;
+    case ACTOR_UPDATE:
+        ll_netgame_update(run);
+        run->server->update++;
+        if (run->spectators)
+            ll_netgame_feed_spectators(run, -1);
+        renew_update(run, next);
+        if (run->sync->steps_by_inputs)
+            renew_step(run, next); /* what it has sent may be what a relay waits for */
+        renew_arrivals(run, next);
+        break;
+    case ACTOR_TEND:
+        if (player_of(now) > 0) {
+            ll_netgame_spectate(run, player_of(now) - 1);
+            renew_tend(run, next);
+            break;
+        }
+        ll_netgame_check_connections(run);
+        renew_all(run, next);
+        break;
+    default:
+        LL_ASSERT(false);
+    }
+    return finite;
+}
+
 static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence *where)
 {
     const int player = player_of(now);
@@ -533,36 +569,15 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         else
             ll_netgame_transport_timers(run, player);
         break;
-    case ACTOR_STEP:
-        finite = server_steps(run, where);
-        renew_step(run, next);
-        if (run->sync->server_steps_at_update_hz)
-            renew_arrivals(run, next);
-        return finite;
-    case ACTOR_UPDATE:
-        ll_netgame_update(run);
-        run->server->update++;
-        if (run->spectators)
-            ll_netgame_feed_spectators(run, -1);
-        renew_update(run, next);
-        if (run->sync->steps_by_inputs)
-            renew_step(run, next); /* what it has sent may be what a relay waits for */
-        renew_arrivals(run, next);
-        return true;
-    case ACTOR_TEND:
-        if (player > 0) {
-            ll_netgame_spectate(run, player - 1);
-            renew_tend(run, next);
-            return true;
-        }
-        ll_netgame_check_connections(run);
-        renew_all(run, next);
-        return true;
     case ACTOR_CLIENT:
         finite = client_acts(run, seat, player, where);
         renew_acts(seat, of, player, run->game->now);
         renew_up(seat, of, player);
         break;
+    case ACTOR_STEP:
+    case ACTOR_UPDATE:
+    case ACTOR_TEND:
+        return take_server_turn(run, next, now, where);
     }
     if (seat->plain)
         set_player(next, player, first_of(of));
