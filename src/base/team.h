@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 enum { LL_TEAM_PARTS_MAX = 16 };
 
@@ -50,4 +51,18 @@ static inline void ll_team_run(ll_team *team, int32_t count, int32_t least, ll_t
         job(context, 0, 1);
     else
         team->run(team, job, context);
+}
+
+/* Joins the lists of a job's parts: each has written its elements to `at` from the beginning of its share on,
+ * and `wrote` has from where to where; a part that did not run has zeros. Returns the count of all. */
+static inline int32_t ll_team_join(const ll_share wrote[LL_TEAM_PARTS_MAX], void *at, size_t size)
+{
+    int32_t count = wrote[0].end;
+    for (int k = 1; k < LL_TEAM_PARTS_MAX; k++) {
+        int32_t more = wrote[k].end - wrote[k].begin;
+        memmove((char *)at + (size_t)count * size, (char *)at + (size_t)wrote[k].begin * size,
+                (size_t)more * size);
+        count += more;
+    }
+    return count;
 }

@@ -27,11 +27,10 @@ void ll_wake(ll_rigid *w, int32_t body)
 
 /* ---- edges of islands ---- */
 
-/* A part writes its edges into its own part of `out`. */
 typedef struct touching {
     const ll_rigid *w;
     ll_island_edge *out;
-    ll_share part[LL_TEAM_PARTS_MAX];
+    ll_share wrote[LL_TEAM_PARTS_MAX]; /* for ll_team_join */
 } touching;
 
 static void list_touching(void *context, int part, int parts)
@@ -48,21 +47,15 @@ static void list_touching(void *context, int part, int parts)
         if (c->count > 0)
             t->out[end++] = (ll_island_edge){number, {c->body[0], c->body[1]}};
     }
-    t->part[part] = (ll_share){of.begin, end};
+    t->wrote[part] = (ll_share){of.begin, end};
 }
 
 int32_t ll_touching_edges(const ll_rigid *w, ll_team *team, ll_island_edge *out)
 {
     enum { least = 512 }; /* a contact takes about 10 ns */
     touching t = {.w = w, .out = out};
-    int32_t count = 0;
     ll_team_run(team, w->awake_contacts, least, list_touching, &t);
-    for (int k = 0; k < LL_TEAM_PARTS_MAX; k++) {
-        int32_t found = t.part[k].end - t.part[k].begin;
-        memmove(out + count, out + t.part[k].begin, (size_t)found * sizeof *out);
-        count += found;
-    }
-    return count;
+    return ll_team_join(t.wrote, out, sizeof *out);
 }
 
 bool ll_joint_awake(const ll_rigid *w, int32_t joint)

@@ -255,12 +255,12 @@ static bool list(ll_rigid *w, ll_bounces *b, int32_t contact)
     return true;
 }
 
-/* A part writes those of its contacts that approach fast enough into its own part of the list. */
+/* Lists the contacts that approach fast enough. */
 typedef struct search {
     ll_rigid *w;
     ll_index_list contacts;
     int32_t *found;
-    ll_share part[LL_TEAM_PARTS_MAX];
+    ll_share wrote[LL_TEAM_PARTS_MAX]; /* for ll_team_join */
 } search;
 
 static void search_part(void *context, int part, int parts)
@@ -282,15 +282,16 @@ static void search_part(void *context, int part, int parts)
         if (fast)
             s->found[end++] = s->contacts.at[i];
     }
-    s->part[part] = (ll_share){of.begin, end};
+    s->wrote[part] = (ll_share){of.begin, end};
 }
 
-static search approaching(ll_rigid *w, ll_team *team, ll_index_list contacts)
+/* Into `order`; returns the count. */
+static int32_t approaching(ll_rigid *w, ll_team *team, ll_index_list contacts)
 {
     enum { least = 512 }; /* a contact takes about 20 ns */
     search s = {.w = w, .contacts = contacts, .found = ll_orders(w)};
     ll_team_run(team, contacts.count, least, search_part, &s);
-    return s;
+    return ll_team_join(s.wrote, s.found, sizeof *s.found);
 }
 
 static void fill_rows(void *context, int part, int parts)
@@ -315,10 +316,9 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts, 
                     .room = (int32_t)ll_min((double)(bytes / sizeof(ll_bounce_row)), INT32_MAX)};
     if (w->bouncing == 0)
         return b;
-    search s = approaching(w, team, contacts);
-    for (int k = 0; k < LL_TEAM_PARTS_MAX; k++)
-        for (int32_t i = s.part[k].begin; i < s.part[k].end; i++)
-            list(w, &b, s.found[i]);
+    int32_t found = approaching(w, team, contacts);
+    for (int32_t i = 0; i < found; i++) /* its own list, in place */
+        list(w, &b, b.at[i]);
     b.crowded = b.count > crowd;
     if (b.rows != NULL)
         ll_team_run(team, b.count, least, fill_rows, &b);
@@ -332,8 +332,8 @@ bool ll_bounces_crowded(ll_rigid *w, double h)
     if (w->bouncing <= crowd)
         return false;
     ll_prepare_body_steps(w, (ll_index_list){.at = ll_awake_bodies(w), .count = w->awake}, h);
-    search s = approaching(w, NULL, (ll_index_list){.at = ll_awake_contacts(w), .count = w->awake_contacts});
-    return s.part[0].end > crowd;
+    ll_index_list contacts = {.at = ll_awake_contacts(w), .count = w->awake_contacts};
+    return approaching(w, NULL, contacts) > crowd;
 }
 
 static void list_contacts_of(ll_rigid *w, ll_bounces *b, int32_t body)

@@ -209,26 +209,20 @@ static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
     return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodies(w)[body].extent);
 }
 
-/* Lists of bodies, made in parts: a part writes its own at its own place of `at`. */
+/* Bodies that a job lists. */
 typedef struct listing {
     ll_rigid *w;
     int32_t *at;
-    ll_share part[LL_TEAM_PARTS_MAX];
+    ll_share wrote[LL_TEAM_PARTS_MAX]; /* for ll_team_join */
 } listing;
 
-/* Joins the lists in the order of the parts. Returns the count. */
+/* Returns the count. */
 static int32_t run_listing(ll_rigid *w, ll_team *team, ll_team_job *job, int32_t *at)
 {
     enum { least = 512 }; /* a body takes about 10 ns */
     listing l = {.w = w, .at = at};
-    int32_t count = 0;
     ll_team_run(team, w->awake, least, job, &l);
-    for (int k = 0; k < LL_TEAM_PARTS_MAX; k++) {
-        int32_t found = l.part[k].end - l.part[k].begin;
-        memmove(at + count, at + l.part[k].begin, (size_t)found * sizeof *at);
-        count += found;
-    }
-    return count;
+    return ll_team_join(l.wrote, at, sizeof *at);
 }
 
 static void cover_part(void *context, int part, int parts)
@@ -248,7 +242,7 @@ static void cover_part(void *context, int part, int parts)
             ll_boxes(w)[s] = path_box(w, body, s);
         l->at[end++] = body;
     }
-    l->part[part] = (ll_share){of.begin, end};
+    l->wrote[part] = (ll_share){of.begin, end};
 }
 
 /* Makes other bodies' queries find the swept ones. */
@@ -284,7 +278,7 @@ static void list_fast(void *context, int part, int parts)
         if (fast)
             l->at[end++] = body;
     }
-    l->part[part] = (ll_share){of.begin, end};
+    l->wrote[part] = (ll_share){of.begin, end};
 }
 
 static double largest_inverse_mass(const ll_rigid *w, const int32_t *bodies, int32_t count)
