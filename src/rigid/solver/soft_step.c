@@ -41,15 +41,16 @@ typedef struct soft_group {
     ll_softness stiff;    /* of joints */
     ll_soft_pass push[2]; /* the second with an immovable body */
     ll_soft_pass rest[2];
-    int32_t first_sink, pad;
+    int32_t sinks, pad; /* as a workshop's */
 } soft_group;
 
-/* What one thread solves groups with: its part of the solver's memory, and a sink that is its own. */
+/* What one thread solves groups with: its part of the solver's memory, and sinks of its own. */
 typedef struct workshop {
     char *memory;
     size_t bytes;
     ll_contact_counts counts; /* of its groups */
-    int32_t first_sink;       /* LL_NONE: no other thread solves at the same time */
+    int32_t sinks;            /* of the parts of its passes, from here on; LL_NONE: no other thread solves at
+                                 the same time */
     int32_t idle;             /* the body of empty lanes, which all passes write */
 } workshop;
 
@@ -266,7 +267,7 @@ typedef struct contact_pass {
     ll_solver_body *states;
     ll_soft_loop *loop;
     const ll_soft_pass *pass;
-    int32_t first_sink;
+    int32_t sinks;
 } contact_pass;
 
 /* Contacts with immovable bodies share these, which are therefore written to a place of each part. */
@@ -275,7 +276,7 @@ static void pass_part(void *context, int part, int parts)
     const contact_pass *p = context;
     ll_share of = ll_share_of(p->batch->count, part, parts);
     ll_soft_pass pass = *p->pass;
-    pass.sink = p->first_sink != LL_NONE && p->batch->fixed ? p->first_sink + part : LL_NONE;
+    pass.sink = p->sinks != LL_NONE && p->batch->fixed ? p->sinks + part : LL_NONE;
     p->loop(p->batch->at + of.begin, of.end - of.begin, p->states, &pass);
 }
 
@@ -286,7 +287,7 @@ static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alon
     for (int32_t i = 0; i < g->all.count; i++) {
         const batch *b = &g->all.at[i];
         ll_team *team = b->alone ? NULL : g->team;
-        if (g->first_sink == LL_NONE && ll_team_parts_of(team, b->count, team_contacts) == 1) {
+        if (g->sinks == LL_NONE && ll_team_parts_of(team, b->count, team_contacts) == 1) {
             (b->alone ? alone : wide)(b->at, b->count, states, &pass[b->fixed]);
             continue;
         }
@@ -294,7 +295,7 @@ static void pass_all(const soft_group *g, ll_soft_loop *wide, ll_soft_loop *alon
                           .states = states,
                           .loop = b->alone ? alone : wide,
                           .pass = &pass[b->fixed],
-                          .first_sink = g->first_sink};
+                          .sinks = g->sinks};
         ll_team_run(team, b->count, team_contacts, pass_part, &p);
     }
 }
@@ -390,7 +391,7 @@ static void solve_group(ll_rigid *w, ll_team *team, const ll_group *members, boo
     g.loops = loops_of(w);
     g.members = *members;
     g.h = substep_of(w);
-    g.first_sink = shop->first_sink;
+    g.sinks = shop->sinks;
     set_softness(&g, &w->params);
     prepare(&g.all, w, team, members->contacts, shop);
     on_bodies(&g, prepare_bodies);
@@ -415,7 +416,7 @@ static workshop workshop_of(const ll_rigid *w, int part, int parts)
     size_t bytes = (w->at.end - w->at.solver) / (size_t)parts & ~(size_t)63;
     return (workshop){.memory = (char *)ll_solver_memory(w) + (size_t)part * bytes,
                       .bytes = bytes,
-                      .first_sink = parts > 1 ? ll_first_sink(w) + part : LL_NONE,
+                      .sinks = parts > 1 ? ll_first_sink(w) + part : LL_NONE,
                       .idle = parts > 1 ? ll_first_sink(w) + part : w->limits.bodies};
 }
 
@@ -496,7 +497,7 @@ static void solve(ll_rigid *w, ll_team *team)
     if (ll_team_parts(team) > 1) {
         if (solve_apart(w, team))
             return;
-        shop.first_sink = ll_first_sink(w);
+        shop.sinks = ll_first_sink(w);
     } else {
         groups = ll_group_islands(w, NULL);
     }
