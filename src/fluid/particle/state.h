@@ -192,7 +192,8 @@ extern const ll_particle_method ll_particle_wcsph, ll_particle_pbf, ll_particle_
 void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_particles *p);
 void ll_particle_sort_fluid(ll_particles *p);
 void ll_particle_sort_walls(ll_particles *p);
-/* Finds all pairs closer than `reach`, and computes their vectors and kernels. */
+/* Finds all pairs closer than `reach`, and computes their vectors and kernels. Where `reach` is the side of a
+ * cell, a pair that is nearer by a rounding error only may be missed: its kernel is 0. */
 ll_particle_fault ll_particle_pairs(ll_particles *p, double reach, ll_team *team);
 
 /* Writes those of the particles begin..end - 1 that are nearer to `a` than the root of reach2, in their
