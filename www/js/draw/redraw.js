@@ -1,7 +1,7 @@
 // When the page is drawn again although no frame came, and in which frames what is next to the views is shown: texts, and panels such as
-// charts and messages. The views are drawn in each frame. A text or a panel waits some time for its turn, and some frames, so that what is
-// watched keeps its rate on a slow machine too. All texts have one turn: the browser lays the page out once. A frame gives one turn, to that
-// which has waited longest; panels need none where the script has time left.
+// charts and messages. The views are drawn in each frame. A text or a panel waits some time for its turn, and some frames, so that what
+// is watched keeps its rate on a slow machine too. All texts have one turn: the browser lays the page out once. A frame gives one turn,
+// to that which has waited longest; panels need none where the script has time left.
 
 /** wake: has the page drawn at the next display refresh; the loop sets it. opening: the first frame is drawn, with nothing but what is
  * watched; the rest follows in the next. */
