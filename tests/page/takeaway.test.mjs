@@ -191,6 +191,55 @@ for (const { at, names, view } of CHARTS) {
   });
 }
 
+test('data of a plot of bodies that move: a column for each solver, and the values of the frames', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=rigid/collapsing_stack&set=duration_s:600`);
+  await ready(page);
+  await page.evaluate(() => {
+    const seen = /** @type {Record<string, number[][]>} */ ({});
+    const note = () => {
+      const { frame } = globalThis.laglab();
+      seen[frame.time_s] = frame.worlds.map(({ energy, energy_start: from, penetration }) => [energy - from, penetration * 1000]);
+      requestAnimationFrame(note);
+    };
+    note();
+    globalThis.seen = () => seen;
+  });
+  await until(async () => (await frameOf(page)).time_s > 4, 'they move', 15000);
+  const solvers = (await page.locator('table.now thead th').allInnerTexts()).map((text) => text.trim());
+  assert.equal(new Set(solvers).size, 2, `${solvers}`);
+  for (const [which, [name, axis]] of [
+    ['Energy over time', /^energy.*\(J\)$/],
+    ['Overlap over time', /^.*overlap.*\(mm\)$/],
+    ['Energy over time', /^energy.*\(J\)$/],
+  ].entries()) {
+    const { header, rows } = csvOf((await save(page, 'data', name)).bytes),
+      seen = await page.evaluate(() => globalThis.seen());
+    assert.equal(header.length, 3);
+    assert.equal(header[0], 't (s)');
+    for (const [i, solver] of solvers.entries()) {
+      assert.ok(header[i + 1].startsWith(`${solver}: `), `${header}: ${solver}`);
+      assert.match(header[i + 1].slice(solver.length + 2), axis);
+    }
+    let compared = 0,
+      apart = 0;
+    for (const [k, row] of rows.entries()) {
+      assert.equal(row.length, 3);
+      assert.ok(
+        row.every((text) => text !== '' && Number.isFinite(Number(text))),
+        `row ${k} of ${rows.length}: ${row}`,
+      );
+      assert.ok(k === 0 || Number(row[0]) > Number(rows[k - 1][0]), `row ${k}`);
+      const now = seen[row[0]]?.map((values) => values[which % 2]);
+      if (now === undefined) continue;
+      assert.deepEqual(row.slice(1).map(Number), now, `${row[0]} s`);
+      compared++;
+      if (now[0] !== now[1]) apart++;
+    }
+    assert.ok(compared > 20 && apart > 10, `${compared} rows of frames, ${apart} with solvers that differ`);
+  }
+  await close();
+});
+
 test('an experiment: the points as image and data, with what is varied', async () => {
   const made = await api(daemon.url, 'experiments', {
     title: 'Lag and age',

@@ -5,14 +5,14 @@ import { lab } from '../session/labs.js';
 import { reread } from '../session/params.js';
 import { counts, drawn, takeNewest, whenFrame } from '../session/session.js';
 import { frame } from '../session/state.js';
-import { beat, paced, redraw, rest, touch } from '../draw/redraw.js';
+import { beginFrame, endFrame, redraw, textTurn, touch } from '../draw/redraw.js';
 import { showTime } from './bar.js';
 import { showReplay } from './header.js';
 
 const LABEL_MS = 2000; /* names of the drawings are updated at this rate */
 
-const labels = paced(LABEL_MS);
-const clock = paced(100);
+const labels = textTurn(LABEL_MS);
+const clock = textTurn(100);
 
 let asked = false;
 /** Script time of the last drawings, ms. */
@@ -26,7 +26,7 @@ function draw() {
   const from = performance.now();
   redraw.wanted = false;
   redraw.opening = next !== null && counts.drawn === 0;
-  beat(from);
+  beginFrame(from);
   if (next) frame.value = next;
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
   const name = labels(settled);
@@ -42,7 +42,7 @@ function draw() {
     redraw.opening = false;
     touch();
   }
-  rest();
+  endFrame();
   costs.push(performance.now() - from);
   if (costs.length > 600) costs.splice(0, 300);
 }

@@ -1,6 +1,6 @@
 // Canvases of a lab, by their ids.
 import { html } from '../../vendor/lit-html.js';
-import { panel } from '../draw/redraw.js';
+import { panelTurn } from '../draw/redraw.js';
 import { Surface } from '../draw/surface.js';
 
 /** @type {WeakMap<HTMLCanvasElement, Surface>} */
@@ -23,13 +23,13 @@ export function onto(id, draw) {
 
 const LEAST_MS = 90,
   MOST_MS = 400; /* between two drawings of a plot, where there is time for it and where there is none */
-/** By the canvas. @type {Map<string, ReturnType<typeof panel>>} */
+/** By the canvas. @type {Map<string, ReturnType<typeof panelTurn>>} */
 const turns = new Map();
 
 /** The same of a plot, in its turn. @param {string} id @param {boolean} settled no frame follows soon
  * @param {(surface: Surface) => void} draw */
 export function inTurn(id, settled, draw) {
-  const turn = turns.get(id) ?? panel(LEAST_MS, MOST_MS);
+  const turn = turns.get(id) ?? panelTurn(LEAST_MS, MOST_MS);
   turns.set(id, turn);
   turn(settled, () => onto(id, draw));
 }

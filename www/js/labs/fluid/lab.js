@@ -6,7 +6,7 @@ import { fixed, short } from '../../base/format.js';
 import { locked, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
-import { paced, touch } from '../../draw/redraw.js';
+import { textTurn, touch } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
@@ -283,7 +283,7 @@ function drawPlots(colours) {
   onto('profiles', (s) => drawPlot(s, colours, { lines, x: t('fluid.place'), y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
-const telling = paced(100);
+const telling = textTurn(100);
 let counted = 0,
   countedFrom = 0;
 

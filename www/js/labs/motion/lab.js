@@ -9,7 +9,7 @@ import { choose } from '../../session/session.js';
 import { layout, locked, may, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
-import { paced } from '../../draw/redraw.js';
+import { textTurn } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
@@ -210,7 +210,7 @@ function showNumbers(frame) {
   });
 }
 
-const telling = paced(100);
+const telling = textTurn(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 function draw(frame, settled, name) {

@@ -9,7 +9,7 @@ import { titleOf } from '../../session/scenario_words.js';
 import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
-import { paced, touch } from '../../draw/redraw.js';
+import { textTurn, touch } from '../../draw/redraw.js';
 import { partTabs, shownPart } from '../../workbench/phone_parts.js';
 import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
@@ -356,7 +356,7 @@ const describe = (w, i) =>
         energy: joules(w.energy - w.energy_start),
       });
 
-const telling = paced(100);
+const telling = textTurn(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
 function draw(frame, settled, name) {

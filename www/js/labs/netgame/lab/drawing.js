@@ -6,7 +6,7 @@ import { speak } from '../../../session/announce.js';
 import { frame, params, presented } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
-import { paced, panel, touch } from '../../../draw/redraw.js';
+import { panelTurn, textTurn, touch } from '../../../draw/redraw.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
 import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
 import { inspector, inspectors } from '../core/inspector.js';
@@ -209,9 +209,9 @@ function showConnectionEvents(now) {
   connectionEvents.value = memory.connectionEvents;
 }
 
-const facts = paced(100); /* words that change with every frame */
-const lower = panel(0, 100),
-  packet = panel(0, 100);
+const facts = textTurn(100); /* words that change with every frame */
+const lower = panelTurn(0, 100),
+  packet = panelTurn(0, 100);
 /** Of the messages as they are drawn: the views may be newer. @type {Frame | null} */
 let laneFrame = null;
 

@@ -5,7 +5,7 @@ import { INTERPOLATION } from '../core/frame.js';
 import { part } from '../../../base/api.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { rich, t } from '../../../base/words.js';
-import { paced, panel } from '../../../draw/redraw.js';
+import { panelTurn, textTurn } from '../../../draw/redraw.js';
 import { LATELY_S } from '../core/memory.js';
 import { lesson, locked } from '../../../session/state.js';
 import { aboutScenario } from '../../../workbench/about.js';
@@ -182,8 +182,8 @@ export function side() {
 let ChartOf = null;
 /** @type {{error: Chart, buffer: Chart} | null} */
 let charts = null;
-const numbers = paced(200),
-  curves = { error: panel(190, 500), buffer: panel(190, 500) };
+const numbers = textTurn(200),
+  curves = { error: panelTurn(190, 500), buffer: panelTurn(190, 500) };
 
 /** Curves are plotted from now on: the library loads after the first frame. @param {typeof import('../views/chart.js').Chart} made */
 export function plotBy(made) {
@@ -205,8 +205,8 @@ export function showSide(frame, settled) {
       };
     const { error: errors, buffer: buffers } = charts;
     if (memory.curves.length === players) {
-      const first = curves.error(settled, () => errors.draw(memory));
-      if (settled || !first) curves.buffer(settled, () => buffers.draw(memory)); /* in turn */
+      curves.error(settled, () => errors.draw(memory));
+      curves.buffer(settled, () => buffers.draw(memory));
     }
   }
   if (!numbers(settled)) return;
