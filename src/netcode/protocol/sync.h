@@ -13,6 +13,7 @@ struct ll_client_setup;
 struct ll_client_begin;
 struct ll_input_result;
 struct ll_desync;
+struct ll_snapshot_common;
 
 typedef struct ll_sync_mode {
     const char *name;
@@ -53,7 +54,8 @@ typedef struct ll_sync_mode {
     void (*join)(struct ll_server *server, const struct ll_sync_mode *sync, int player, ll_time now);
 
     /* Writes the server's message of an update to `player` and returns its size. */
-    int (*compose)(struct ll_server *server, const struct ll_sync_mode *sync, int player, void *packet);
+    int (*compose)(struct ll_server *server, const struct ll_sync_mode *sync, int player,
+                   struct ll_snapshot_common *common, void *packet);
 
     /* Initialises the client's part of this sync mode, from a world. NULL: nothing to do. */
     void (*start)(struct ll_client *client, const struct ll_client_setup *setup,

@@ -186,7 +186,8 @@ static bool has_part(const ll_server *server, int player, int other)
                                       sent_upto(server, &server->client_slots[other]);
 }
 
-int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
+int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player,
+                            struct ll_snapshot_common *common, void *packet)
 {
     (void)sync;
     const ll_client_slot *client_slot = &server->client_slots[player];

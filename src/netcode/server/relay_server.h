@@ -13,7 +13,8 @@ void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_
                           ll_time now);
 int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
                          ll_time now, ll_input_result results[LL_INPUTS_MAX]);
-int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
+int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player,
+                            struct ll_snapshot_common *common, void *packet);
 
 /* Makes neutral inputs for players who are not connected, as far as the inputs of the others reach. */
 void ll_relay_server_fill(ll_server *server, ll_time now);

@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/keep.h"
+#include "netcode/snapshot/common.h"
 
 size_t ll_server_size(int players, ll_extent extent)
 {
@@ -411,16 +412,6 @@ static __attribute__((noinline)) char *put_results(const ll_server *server, cons
     return at;
 }
 
-static void add_cost(ll_snapshot_cost *sum, const ll_snapshot_cost *cost)
-{
-    sum->entity_bits += cost->entity_bits;
-    sum->tail_bits += cost->tail_bits;
-    sum->entities += cost->entities;
-    sum->unchanged += cost->unchanged;
-    sum->resting += cost->resting;
-    sum->whole += cost->whole;
-}
-
 /* Returns the number of bits; the encoding is too long if that exceeds the size of the full world. */
 static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *bytes, ll_snapshot_cost *cost)
 {
@@ -440,13 +431,17 @@ static __attribute__((noinline)) void add_replica(const ll_server *server, int p
         ll_replica_restart(out->replica, out->world->entities, connection->epoch);
 }
 
+enum { COMMON_LEAST = 8 }; /* a copy of fewer entities takes as long as encoding them */
+
 /* Returns the bytes of the world and records its encoding in `m`. */
-static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_message *m)
+static int put_world(ll_server *server, int player, ll_snapshot_common *common, uint8_t *bytes,
+                     ll_snapshot_message *m)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
     bool counts = server->stepped >= server->from;
     ll_outgoing out = {.world = ll_server_world(server),
                        .self = player,
+                       .receivers = server->players,
                        .grid = &server->grid,
                        .counts = counts,
                        .tick = server->step};
@@ -465,6 +460,8 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
         out.cells = now->cell;
         out.baseline = from ? from->cell : NULL;
         out.same_tail = from && from->tail_version == now->tail_version;
+        if (out.world->entities - server->players >= COMMON_LEAST)
+            out.common = common;
     }
     if (codec->compares && !from)
         codec = &ll_codec_quantised;
@@ -477,7 +474,7 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_snapshot_
     m->codec = (uint16_t)ll_codec_index(codec);
     m->baseline = from && codec->gridded ? (uint16_t)(server->step - from->tick) : 0;
     if (counts)
-        add_cost(&client_slot->counts.sent, &cost);
+        ll_snapshot_cost_add(&client_slot->counts.sent, &cost);
     return (int)((bits + 7) / 8);
 }
 
@@ -497,12 +494,12 @@ static __attribute__((noinline)) int put_reckoned(ll_server *server, int player,
     LL_ASSERT(w.count <= w.capacity);
     m->codec = (uint16_t)ll_codec_index(&ll_codec_full);
     if (server->stepped >= server->from)
-        add_cost(&client_slot->counts.sent, &cost);
+        ll_snapshot_cost_add(&client_slot->counts.sent, &cost);
     return (int)((w.count + 7) / 8);
 }
 
-static int compose(ll_server *server, const ll_sync_mode *sync, int player, ll_reckoning *reckoning,
-                   void *packet)
+static int compose(ll_server *server, const ll_sync_mode *sync, int player, ll_snapshot_common *common,
+                   ll_reckoning *reckoning, void *packet)
 {
     ll_client_slot *client_slot = &server->client_slots[player];
     uint8_t parts = client_slot->inputs.wants & (LL_PART_AXES | LL_PART_APPLIED);
@@ -521,18 +518,19 @@ static int compose(ll_server *server, const ll_sync_mode *sync, int player, ll_r
     if (parts & LL_PART_APPLIED)
         at = put_results(server, client_slot, sync, at);
     int world = reckoning ? put_reckoned(server, player, reckoning, (uint8_t *)at, &m)
-                          : put_world(server, player, (uint8_t *)at, &m);
+                          : put_world(server, player, common, (uint8_t *)at, &m);
     memcpy(packet, &m, sizeof m);
     return (int)(at - (char *)packet) + world;
 }
 
-int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
+int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, ll_snapshot_common *common,
+                      void *packet)
 {
-    return compose(server, sync, player, NULL, packet);
+    return compose(server, sync, player, common, NULL, packet);
 }
 
 int ll_server_compose_reckoned(ll_server *server, const ll_sync_mode *sync, int player,
                                ll_reckoning *reckoning, void *packet)
 {
-    return compose(server, sync, player, reckoning, packet);
+    return compose(server, sync, player, NULL, reckoning, packet);
 }

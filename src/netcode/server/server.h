@@ -242,8 +242,10 @@ int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, c
 void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now);
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
- * client has no baseline, delta becomes quantised; an encoding longer than full becomes full. */
-int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
+ * client has no baseline, delta becomes quantised; an encoding longer than full becomes full. `common`: what
+ * the messages of this update share (netcode/snapshot/common.h); NULL: each is encoded whole. */
+int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player,
+                      struct ll_snapshot_common *common, void *packet);
 /* The same with dead reckoning: the world has the entities that are due. */
 int ll_server_compose_reckoned(ll_server *server, const ll_sync_mode *sync, int player,
                                ll_reckoning *reckoning, void *packet);

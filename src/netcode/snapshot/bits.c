@@ -29,6 +29,16 @@ void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits)
     }
 }
 
+void ll_bits_append(ll_bit_writer *w, const uint8_t *bytes, int64_t count)
+{
+    enum { most = 56 }; /* whole bytes, which fit a word behind seven bits */
+    uint64_t word;
+    for (; count > 0; count -= most, bytes += most / 8) {
+        memcpy(&word, bytes, sizeof word);
+        ll_bits_put(w, word, count < most ? (int)count : most);
+    }
+}
+
 uint64_t ll_bits_get_bytes(ll_bit_reader *r, int bits)
 {
     uint64_t value = 0;

@@ -55,6 +55,9 @@ static inline uint64_t ll_bits_get(ll_bit_reader *r, int bits)
     return word >> used & ((UINT64_C(1) << bits) - 1);
 }
 
+/* Appends `count` bits, and may read 7 bytes beyond them. */
+void ll_bits_append(ll_bit_writer *w, const uint8_t *bytes, int64_t count);
+
 void ll_bits_put_number(ll_bit_writer *w, uint64_t n);
 uint64_t ll_bits_get_number(ll_bit_reader *r);
 

@@ -2,7 +2,7 @@
  * Compression"; Quake III). Of the entities on the grid only changed ones are sent, each after the number of
  * entities skipped before it; after the last comes the number skipped to the end. The receiver's own entity
  * comes first, bitwise; an unchanged tail is one bit. */
-#include "netcode/snapshot/snapshot.h"
+#include "netcode/snapshot/common.h"
 
 #include <string.h>
 
@@ -18,36 +18,80 @@ static ll_cell origin(const ll_cell *baseline)
     return ll_cell_fits(baseline) ? *baseline : (ll_cell){0};
 }
 
-static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+static void put_entity(ll_bit_writer *w, const ll_outgoing *out, int i)
 {
-    int count = out->world->entities, next = 0;
-    int64_t start = w->count;
-    ll_put_exact(w, &out->world->entity[out->self]);
-    for (int i = 0; i < count; i++) {
+    const ll_cell *c = &out->cells[i];
+    ll_bits_put(w, !ll_cell_fits(c), 1);
+    if (ll_cell_fits(c)) {
+        ll_cell from = origin(&out->baseline[i]);
+        ll_put_cell(w, c, &from);
+    } else {
+        ll_put_exact(w, &out->world->entity[i]);
+    }
+}
+
+/* Counts what is not sent of the entities from..to - 1, or rests. */
+static void count(const ll_outgoing *out, int from, int to, ll_snapshot_cost *cost)
+{
+    for (int i = from; i < to; i++) {
         const ll_cell *c = &out->cells[i];
         cost->resting += i != out->self && ll_cell_fits(c) && ll_cell_rests(c);
-        if (!changed(out, i)) {
-            cost->unchanged += i != out->self;
-            continue;
-        }
-        ll_bits_put_number(w, (uint64_t)(i - next));
-        next = i + 1;
-        ll_bits_put(w, !ll_cell_fits(c), 1);
-        if (ll_cell_fits(c)) {
-            ll_cell from = origin(&out->baseline[i]);
-            ll_put_cell(w, c, &from);
-        } else {
-            ll_put_exact(w, &out->world->entity[i]);
-        }
+        cost->unchanged += i != out->self && !changed(out, i);
     }
-    ll_bits_put_number(w, (uint64_t)(count - next));
-    cost->entities += count;
+}
+
+static int first_changed(const ll_outgoing *out)
+{
+    int i = out->receivers;
+    while (i < out->world->entities && !changed(out, i))
+        i++;
+    return i;
+}
+
+/* The gap before `first` depends on the receiver. */
+static void put_others(ll_bit_writer *w, const ll_outgoing *out, int first, ll_snapshot_cost *cost)
+{
+    int entities = out->world->entities, next = first;
+    int64_t start = w->count;
+    count(out, out->receivers, entities, cost);
+    for (int i = first; i < entities; i++) {
+        if (!changed(out, i))
+            continue;
+        if (i > first)
+            ll_bits_put_number(w, (uint64_t)(i - next));
+        put_entity(w, out, i);
+        next = i + 1;
+    }
+    if (first < entities)
+        ll_bits_put_number(w, (uint64_t)(entities - next));
     cost->entity_bits += w->count - start;
     start = w->count;
     ll_bits_put(w, out->same_tail, 1);
     if (!out->same_tail)
         ll_put_tail(w, out->world);
     cost->tail_bits += w->count - start;
+}
+
+static const ll_common_codec others = {.first = first_changed, .put = put_others};
+
+static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    const ll_common_part *part = ll_common_part_of(out, &others);
+    int first = part ? part->first : first_changed(out), next = 0;
+    int64_t start = w->count;
+    ll_put_exact(w, &out->world->entity[out->self]);
+    count(out, 0, out->receivers, cost);
+    for (int i = 0; i < out->receivers; i++) {
+        if (!changed(out, i))
+            continue;
+        ll_bits_put_number(w, (uint64_t)(i - next));
+        put_entity(w, out, i);
+        next = i + 1;
+    }
+    ll_bits_put_number(w, (uint64_t)(first - next));
+    cost->entities += out->world->entities;
+    cost->entity_bits += w->count - start;
+    ll_put_common(w, out, &others, part, first, cost);
 }
 
 static bool get_entity(ll_bit_reader *r, const ll_incoming *in, int i)

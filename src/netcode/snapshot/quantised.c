@@ -3,7 +3,7 @@
  * entity, and one that does not fit the grid, are sent bitwise. */
 #include <string.h>
 
-#include "netcode/snapshot/snapshot.h"
+#include "netcode/snapshot/common.h"
 
 void ll_put_grid(ll_bit_writer *w, const ll_quantization *grid)
 {
@@ -29,12 +29,12 @@ ll_status ll_get_grid(ll_bit_reader *r, ll_quantization *grid)
     return ll_ok();
 }
 
-static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+/* The entities from..to - 1. */
+static void put_entities(ll_bit_writer *w, const ll_outgoing *out, int from, int to, ll_snapshot_cost *cost)
 {
     const ll_cell zero = {0};
-    ll_put_grid(w, out->grid);
     int64_t start = w->count;
-    for (int i = 0; i < out->world->entities; i++) {
+    for (int i = from; i < to; i++) {
         const ll_cell *c = &out->cells[i];
         bool exact = i == out->self || !ll_cell_fits(c);
         if (i != out->self)
@@ -45,11 +45,31 @@ static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *c
             ll_put_cell(w, c, &zero);
         cost->resting += !exact && ll_cell_rests(c);
     }
-    cost->entities += out->world->entities;
     cost->entity_bits += w->count - start;
-    start = w->count;
+}
+
+static int first_of_others(const ll_outgoing *out)
+{
+    return out->receivers;
+}
+
+static void put_others(ll_bit_writer *w, const ll_outgoing *out, int first, ll_snapshot_cost *cost)
+{
+    put_entities(w, out, first, out->world->entities, cost);
+    int64_t start = w->count;
     ll_put_tail(w, out->world);
     cost->tail_bits += w->count - start;
+}
+
+static const ll_common_codec others = {.first = first_of_others, .put = put_others};
+
+static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    const ll_common_part *part = ll_common_part_of(out, &others);
+    ll_put_grid(w, out->grid);
+    put_entities(w, out, 0, out->receivers, cost);
+    cost->entities += out->world->entities;
+    ll_put_common(w, out, &others, part, out->receivers, cost);
 }
 
 static ll_status decode(ll_bit_reader *r, const ll_incoming *in)

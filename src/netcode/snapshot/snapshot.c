@@ -108,6 +108,18 @@ ll_status ll_off_grid(int entity)
     return ll_error(LL_BAD_INPUT, "a member of entity %d must be less than 2^31 steps from 0", entity);
 }
 
+/* ---- cost ---- */
+
+void ll_snapshot_cost_add(ll_snapshot_cost *sum, const ll_snapshot_cost *cost)
+{
+    sum->entity_bits += cost->entity_bits;
+    sum->tail_bits += cost->tail_bits;
+    sum->entities += cost->entities;
+    sum->unchanged += cost->unchanged;
+    sum->resting += cost->resting;
+    sum->whole += cost->whole;
+}
+
 /* ---- the end ---- */
 
 static ll_status ended(ll_bit_reader *r)

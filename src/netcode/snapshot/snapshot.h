@@ -12,15 +12,17 @@
 /* Input of an encoder. */
 typedef struct ll_outgoing {
     const ll_world *world;
-    int self;                     /* the receiver's own entity */
-    bool same_tail;               /* the tail equals the baseline's */
-    const ll_quantization *grid;  /* these three are for codecs with a grid */
-    const ll_cell *cells;         /* the world's entities on the grid */
-    const ll_cell *baseline;      /* entities that the receiver holds, on the same grid; NULL: none */
-    struct ll_replica *replica;   /* for codecs that select: what the receiver holds of each entity */
-    struct ll_replicas *replicas; /* what all receivers have in common */
-    bool counts;                  /* in the metrics of replicas */
-    int64_t tick;                 /* of the world */
+    int self;                          /* the receiver's own entity */
+    int receivers;                     /* the entities before this one may be a receiver's own */
+    struct ll_snapshot_common *common; /* snapshot/common.h; NULL: the codec encodes all */
+    bool same_tail;                    /* the tail equals the baseline's */
+    const ll_quantization *grid;       /* these three are for codecs with a grid */
+    const ll_cell *cells;              /* the world's entities on the grid */
+    const ll_cell *baseline;           /* entities that the receiver holds, on the same grid; NULL: none */
+    struct ll_replica *replica;        /* for codecs that select: what the receiver holds of each entity */
+    struct ll_replicas *replicas;      /* what all receivers have in common */
+    bool counts;                       /* in the metrics of replicas */
+    int64_t tick;                      /* of the world */
 } ll_outgoing;
 
 /* Entities of a decoded world, each once, in the order of the snapshot; the others have no values. */
@@ -53,6 +55,8 @@ typedef struct ll_snapshot_cost {
     int64_t entities, unchanged, resting; /* unchanged: not sent */
     int64_t whole;                        /* snapshots sent without a baseline */
 } ll_snapshot_cost;
+
+void ll_snapshot_cost_add(ll_snapshot_cost *sum, const ll_snapshot_cost *cost);
 
 typedef struct ll_codec {
     const char *name;

@@ -130,7 +130,7 @@ static int compose_update(ll_netgame_run *run, int player)
 {
     if (run->reckoning)
         return ll_server_compose_reckoned(run->server, run->sync, player, run->reckoning, run->composed);
-    return run->sync->compose(run->server, run->sync, player, run->composed);
+    return run->sync->compose(run->server, run->sync, player, &run->common, run->composed);
 }
 
 /* The server's message of an update to a connected player. */
@@ -148,6 +148,7 @@ static void update_player(ll_netgame_run *run, int player)
 
 void ll_netgame_update(ll_netgame_run *run)
 {
+    ll_snapshot_common_clear(&run->common);
     for (int i = 0; i < run->players; i++)
         update_player(run, i);
 }

@@ -61,7 +61,7 @@ static ll_input_result_part acknowledgement_of(ll_server *s, const ll_sync_mode 
     char bytes[4096];
     ll_snapshot_message m;
     ll_input_result_part part;
-    int size = ll_server_compose(s, sync, 0, bytes);
+    int size = ll_server_compose(s, sync, 0, NULL, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
     assert_int_equal(m.applied, s->client_slots[0].inputs.processed);

@@ -7,7 +7,7 @@ static ll_snapshot_message state_to(ll_server *s, int player)
 {
     char bytes[4096];
     ll_snapshot_message m;
-    assert_true(ll_server_compose(s, &ll_sync_free, player, bytes) <= (int)sizeof bytes);
+    assert_true(ll_server_compose(s, &ll_sync_free, player, NULL, bytes) <= (int)sizeof bytes);
     memcpy(&m, bytes, sizeof m);
     return m;
 }
@@ -327,10 +327,10 @@ static void controls_are_sent_on_request(void **state)
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
     take_at(s, &ll_sync_free, 2, &other, 0, NULL);
     step(s, &ll_sync_free);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 2, bytes), sizeof m + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 2, NULL, bytes), sizeof m + world);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, 0);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof axes + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, NULL, bytes), sizeof m + sizeof axes + world);
     memcpy(&m, bytes, sizeof m);
     memcpy(axes, bytes + sizeof m, sizeof axes);
     assert_int_equal(m.head.count, LL_PART_AXES);
@@ -339,18 +339,18 @@ static void controls_are_sent_on_request(void **state)
     ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be requested */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
     size_t all = sizeof m + sizeof axes + sizeof(ll_input_result_part) + world;
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, NULL, bytes),
                      all + sizeof(uint32_t)); /* of one input */
     for (uint32_t seq = 2; seq <= 600;
          seq++) /* and more than is kept, with no snapshot that the client is known to have */
         ll_client_slot_done(&s->client_slots[1], seq, true);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, NULL, bytes),
                      all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t));
     assert_int_equal(all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t),
                      ll_server_message_max(toy_extent(NULL, 3), 3));
     ask.wants = 0; /* and no longer */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, NULL, bytes), sizeof m + world);
     free(s);
 }
 

@@ -71,7 +71,7 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
         x += axis;
         ll_sync_free.step(s, &toy, &(ll_game_env){0}, NULL, ll_tick_time(k, HZ(50)));
         assert_float_equal(ll_server_world(s)->entity[0].x, x, 1e-5);
-        ll_server_compose(s, &ll_sync_free, 1, state_packet);
+        ll_server_compose(s, &ll_sync_free, 1, NULL, state_packet);
         memcpy(&axes, state_packet + sizeof(ll_snapshot_message), sizeof axes);
         assert_float_equal(axes.axis[0], axis, 1e-6);
     }

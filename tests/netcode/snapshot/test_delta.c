@@ -3,6 +3,7 @@
 
 #include "base/rng.h"
 #include "link/line/link.h"
+#include "netcode/snapshot/common.h"
 
 #define CLIENTS 2
 #define ENTITIES 42
@@ -157,6 +158,8 @@ static void receive(net *n, const ll_sync_mode *sync, int i, ll_time now)
 static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link, ll_time now)
 {
     static _Alignas(8) char bytes[8192];
+    static ll_snapshot_common common;
+    ll_snapshot_common_clear(&common);
     sent *s = &n->sent[n->server->step];
     if (!s->world)
         s->world = malloc(ll_extent_size(extent));
@@ -169,7 +172,7 @@ static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link,
             client_slot->inputs.newest < 0
                 ? 0
                 : (uint32_t)(client_slot->inputs.newest + client_slot->inputs.seq_minus_tick);
-        int size = ll_server_compose(n->server, sync, i, bytes);
+        int size = ll_server_compose(n->server, sync, i, &common, bytes);
         ll_link_send(n->down[i], link, 80, now, bytes, size);
     }
 }
@@ -308,7 +311,7 @@ static int compose(ll_server *server, int64_t step, char *bytes)
     drift(ll_server_world(server), step);
     server->step = step;
     server->stepped = ll_tick_time(step, HZ(60));
-    return ll_server_compose(server, &ll_sync_free, 0, bytes);
+    return ll_server_compose(server, &ll_sync_free, 0, NULL, bytes);
 }
 
 static void undecodable_snapshots_change_nothing(void **state)
@@ -358,7 +361,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
     const int64_t claims[] = {0, 1, 68, 69, 70, 99, 101, UINT32_MAX};
     for (size_t i = 0; i < sizeof claims / sizeof claims[0]; i++) {
         server->client_slots[0].snapshots.received = claims[i];
-        ll_server_compose(server, &ll_sync_free, 0, bytes);
+        ll_server_compose(server, &ll_sync_free, 0, NULL, bytes);
         memcpy(&m, bytes, sizeof m);
         bool kept = claims[i] >= 69 && claims[i] <= 100; /* the last 32 */
         assert_int_equal(m.baseline, kept ? 100 - claims[i] : 0);
@@ -382,7 +385,7 @@ static void longer_encodings_become_full(void **state)
         ll_server_world(server)->entity[i] = (ll_entity){odd, odd, odd, odd, odd, odd, UINT64_MAX};
     }
     server->step = 3;
-    int size = ll_server_compose(server, &ll_sync_free, 0, bytes);
+    int size = ll_server_compose(server, &ll_sync_free, 0, NULL, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.codec, ll_codec_index(&ll_codec_full));
     assert_int_equal(size, sizeof(ll_snapshot_message) + ll_extent_size(extent));

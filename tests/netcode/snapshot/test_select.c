@@ -262,7 +262,7 @@ static void update(net *n, ll_time now, int64_t counts_from)
         *sent = malloc(ll_extent_size(n->extent));
     memcpy(*sent, ll_server_world(n->server), ll_extent_size(n->extent));
     for (int i = 0; i < CLIENTS; i++) {
-        int size = ll_server_compose(n->server, &ll_sync_free, i, bytes);
+        int size = ll_server_compose(n->server, &ll_sync_free, i, NULL, bytes);
         if (n->server->step >= counts_from) {
             n->bytes += size;
             n->snapshots++;
@@ -419,7 +419,7 @@ static void what_is_outside_leaves_no_trace(void **state)
                 *e = (ll_entity){.x = e->x + dx, .y = e->y + dy, .vx = 17, .angle = 3, .flags = 1};
         }
         n->server->step = 300;
-        size[other] = ll_server_compose(n->server, &ll_sync_free, 0, bytes[other]);
+        size[other] = ll_server_compose(n->server, &ll_sync_free, 0, NULL, bytes[other]);
         free_net(n);
     }
     assert_true(outside > 200);
