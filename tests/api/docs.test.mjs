@@ -102,12 +102,17 @@ test('every result that a benchmark writes says of which rooms it speaks', () =>
 function stateOf(rooms, root = ROOT) {
   const list = rooms
     .map(
-      (room) => `(cd src && find ${room} -type f \\( -name '*.c' -o -name '*.h' -o -name '*.inc' \\) | sort | xargs sha256sum |
+      (room) => `(cd ${room === 'www' ? '.' : 'src'} && find ${room} -type f \\( ${
+        room === 'www' ? "-name '*.js' -o -name '*.css' -o -name '*.html'" : "-name '*.c' -o -name '*.h' -o -name '*.inc'"
+      } \\) | sort | xargs sha256sum |
     sed -E 's/^([0-9a-f]+)  (.*)$/\\2 \\1/')`,
     )
     .join('; ');
   return execFileSync('bash', ['-c', `export LC_ALL=C; (${list}) | sha256sum | cut -c1-12`], { cwd: root, encoding: 'utf8' }).trim();
 }
+
+/** Of the daemon, as bench/rooms.mjs has them. */
+const PAGE = ['base', 'daemon', 'game', 'input', 'link', 'netcode', 'param', 'session', 'sim'];
 
 const OLD = /^\*\*Measured at commit .*Older than the code:\*\* /m;
 
@@ -119,8 +124,11 @@ test('each figure of docs/performance.md says whether the code it speaks of has 
     const name = /\[All rows\]\(\.\.\/bench\/results\/(.+)\.csv\)/.exec(section)?.[1];
     if (!name) continue;
     const head = new Map(parseCsv(read(`bench/results/${name}.csv`)).comments);
-    const rooms = [...section.slice(0, section.indexOf('\n|')).matchAll(/`src\/(\w+)`/g)].map(([, room]) => room).sort();
-    assert.ok(rooms.length >= 2 && rooms.every((room) => existsSync(path.join(ROOT, 'src', room))), `${name}: ${rooms}`);
+    const rooms = [...section.slice(0, section.indexOf('\n|')).matchAll(/`(?:src\/(\w+)|www)`/g)].map(([, room]) => room ?? 'www').sort();
+    assert.ok(
+      rooms.length >= 2 && rooms.every((room) => existsSync(path.join(ROOT, room === 'www' ? '' : 'src', room))),
+      `${name}: ${rooms}`,
+    );
     const same = head.get('rooms') === stateOf(rooms);
     assert.equal(
       OLD.test(section),
@@ -138,29 +146,31 @@ test('each figure of docs/performance.md says whether the code it speaks of has 
 
 test('one digit of the code makes a figure of it stale, and no other', () => {
   const copy = mkdtempSync(path.join(tmpdir(), 'laglab-age-'));
-  cpSync(path.join(ROOT, 'src'), path.join(copy, 'src'), { recursive: true });
+  for (const folder of ['src', 'www']) cpSync(path.join(ROOT, folder), path.join(copy, folder), { recursive: true });
   const head = (/** @type {string} */ name) =>
     new Map([
       ['commit', 'abc'],
       ['date', 'today'],
       ['rooms', /** @type {string} */ (states.get(name))],
     ]);
-  const rooms = { integrators: ['base', 'ode'], rigid: ['base', 'rigid'], 'fluid_grid/frames': ['base', 'fluid'] };
+  const rooms = { integrators: ['base', 'ode'], rigid: ['base', 'rigid'], 'fluid_grid/frames': ['base', 'fluid'], page: [...PAGE, 'www'] };
   const states = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
   const stale = () => Object.keys(rooms).filter((name) => OLD.test(ageDoc(name, head(name), copy)));
   assert.deepEqual(stale(), []);
   for (const [file, wanted] of /** @type {[string, string[]][]} */ ([
-    ['ode/methods/boris.c', ['integrators']],
-    ['base/detmath.c', Object.keys(rooms)],
-    ['daemon/api/api.c', []],
+    ['src/ode/methods/boris.c', ['integrators']],
+    ['src/base/detmath.c', Object.keys(rooms)],
+    ['src/daemon/api/api.c', ['page']],
+    ['src/capture/format/ip.c', []],
+    ['www/js/shell/header.js', ['page']],
   ])) {
-    const text = readFileSync(path.join(copy, 'src', file), 'utf8');
+    const text = readFileSync(path.join(copy, file), 'utf8');
     writeFileSync(
-      path.join(copy, 'src', file),
+      path.join(copy, file),
       text.replace(/\d/, (digit) => String((Number(digit) + 1) % 10)),
     );
     assert.deepEqual(stale(), wanted, file);
-    writeFileSync(path.join(copy, 'src', file), text);
+    writeFileSync(path.join(copy, file), text);
   }
   assert.match(ageDoc('speed', new Map([['commit', 'abc']]), copy), OLD, 'one that does not say of which code it is');
   rmSync(copy, { recursive: true });
