@@ -292,7 +292,7 @@ static ll_relay_part part_to(ll_server *server, int player, uint32_t *acked, ll_
     _Alignas(8) char bytes[2048];
     ll_relay_part part;
     ll_relay_message m;
-    int size = ll_relay_server_compose(server, &ll_sync_rollback, player, bytes);
+    int size = ll_relay_server_compose(server, &ll_sync_rollback, player, NULL, bytes);
     memcpy(&m, bytes, sizeof m);
     memcpy(&part, bytes + sizeof m, sizeof part);
     memcpy(runs, bytes + sizeof m + sizeof part, part.runs * sizeof runs[0]);
