@@ -192,6 +192,16 @@ cJSON *ll_session_metrics(ll_session *s)
     return o;
 }
 
+cJSON *ll_session_metric_values(ll_session *s)
+{
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status))
+        return NULL;
+    cJSON *metrics = s->scenario.kind->metrics(s->block);
+    add_expectations(metrics, ll_session_head(s));
+    return metrics;
+}
+
 void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns)(void))
 {
     if (s->scenario.kind->time_parts && is_readable(s))

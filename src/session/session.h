@@ -195,6 +195,8 @@ struct cJSON *ll_session_notices(const ll_session *session); /* of its scenario:
 /* {"tick","time_s","hash","metrics":{...}}; for every kind the metrics include "expect", from the scenario:
  * [{"metric","min","value","met"}]. `value` is null when the metric has no number. */
 struct cJSON *ll_session_metrics(ll_session *session);
+/* `metrics` alone, without the time of a hash: NULL if there is no memory. */
+struct cJSON *ll_session_metric_values(ll_session *session);
 
 /* Measures the parts of the scenario, with its initial parameters, into `metrics`. */
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));

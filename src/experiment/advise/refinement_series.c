@@ -228,15 +228,14 @@ static void read_costs(const ll_refinement_request *request, ll_session *session
 static void read_metrics(const ll_refinement_request *request, ll_session *session, const ll_sim_kind *kind,
                          ll_refinement_level *refinement_level, samples *s)
 {
-    cJSON *report = ll_session_metrics(session);
-    const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
+    cJSON *metrics = ll_session_metric_values(session);
     double error = fabs(ll_metric_value(metrics, refinement_level->refinement_series->error));
     s->request.scale = ll_metric_scale_of(kind, metrics, refinement_level->refinement_series->error);
     if (isfinite(error))
         s->errors[refinement_level->seeds++] = error;
     refinement_level->counter += ll_metric_value(metrics, refinement_level->refinement_series->counter);
     read_costs(request, session, kind, metrics, s);
-    cJSON_Delete(report);
+    cJSON_Delete(metrics);
 }
 
 static int by_size(const void *a, const void *b)

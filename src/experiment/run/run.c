@@ -15,9 +15,9 @@
 
 static bool stops(const ll_experiment *e, ll_session *session)
 {
-    cJSON *report = ll_session_metrics(session);
-    double value = ll_metric_value(cJSON_GetObjectItem(report, "metrics"), e->head.stop.metric);
-    cJSON_Delete(report);
+    cJSON *metrics = ll_session_metric_values(session);
+    double value = ll_metric_value(metrics, e->head.stop.metric);
+    cJSON_Delete(metrics);
     return value > e->head.stop.above;
 }
 
@@ -80,7 +80,7 @@ static void set_failed_part(ll_row *row, const cJSON *part, const char *where)
 /* A failed run has no metrics; a run with a failed part has those of the other parts. */
 static void read_row(const ll_experiment *e, ll_session *session, const ll_windows *windows, ll_row *row)
 {
-    cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
+    cJSON *metrics = ll_session_metric_values(session);
     bool good = ll_row_good(row);
     row->hash = ll_session_hash(session);
     row->t_s = ll_to_s(ll_session_get_info(session).time);
@@ -93,7 +93,7 @@ static void read_row(const ll_experiment *e, ll_session *session, const ll_windo
         else if (ll_row_good(row))
             set_failed_part(row, part, where);
     }
-    cJSON_Delete(report);
+    cJSON_Delete(metrics);
 }
 
 /* A run observes no more than the metrics of its row need; for columns of the trace everything. */

@@ -165,16 +165,16 @@ static void read_metrics(ll_windows *w, int window, const cJSON *metrics, bool o
 /* Opens and closes windows. The metrics are read at most once. */
 static ll_status set_open(ll_windows *w, const bool *open)
 {
-    cJSON *report = NULL;
+    cJSON *metrics = NULL;
     for (int i = 0; i < w->experiment->head.window_count; i++) {
         if (open[i] == w->open[i])
             continue;
-        if (!report && !(report = ll_session_metrics(w->session)))
+        if (!metrics && !(metrics = ll_session_metric_values(w->session)))
             return ll_error(LL_NO_MEMORY, "out of memory: metrics");
         w->open[i] = open[i];
-        read_metrics(w, i, cJSON_GetObjectItemCaseSensitive(report, "metrics"), open[i]);
+        read_metrics(w, i, metrics, open[i]);
     }
-    cJSON_Delete(report);
+    cJSON_Delete(metrics);
     return ll_ok();
 }
 

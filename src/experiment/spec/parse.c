@@ -302,10 +302,10 @@ static ll_status check_with_metrics(ll_experiment *e)
     LL_THEN(status, ll_session_open(&scenario, NULL, NULL, &session));
     if (ll_failed(&status))
         return status;
-    cJSON *report = ll_session_metrics(session);
+    cJSON *metrics = ll_session_metric_values(session);
     status = ll_windows_check(e, session);
-    LL_THEN(status, read_metrics(e, cJSON_GetObjectItem(report, "metrics"), session));
-    cJSON_Delete(report);
+    LL_THEN(status, read_metrics(e, metrics, session));
+    cJSON_Delete(metrics);
     ll_session_destroy(session);
     return status;
 }
