@@ -1,18 +1,13 @@
-// Counts the instructions that canonical runs execute, by valgrind: the same number each time, on a busy machine too. What starting costs
-// cancels out: each run is made with two lengths, and the difference is divided by the steps between them.
-//   node tests/cost/cost.mjs                        prints committed and present counts
-//   node tests/cost/cost.mjs --update CASE "WHY"    commits the present count of a case (all: every one)
-import { execFile } from 'node:child_process';
+// Counts the instructions that canonical runs execute, by valgrind, and those of their heaviest functions.
+//   node tests/cost/cost.mjs [CASE]                 prints committed and present counts
+//   node tests/cost/cost.mjs --update CASE "WHY"    commits the present counts of a case (all: every one)
 import { readFileSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
-import { promisify } from 'node:util';
+import { heaviest, judge, raised_silently } from './guard.mjs';
+import { measure } from './profile.mjs';
 
-const TABLE = fileURLToPath(new URL('instructions.csv', import.meta.url)),
-  BUILD = process.env.LAGLAB_BUILD ?? fileURLToPath(new URL('../../build', import.meta.url)),
-  ROOT = fileURLToPath(new URL('../..', import.meta.url));
-const COLUMNS = ['case', 'program', 'arguments', 'from', 'to', 'steps_per_unit', 'instructions_per_step', 'why'];
-/** More than this above the committed count is a failure. */
-export const RISE = 0.03;
+/** Of a function: a change of less than this renews nothing. */
+const KEPT = 0.005;
 
 /**
  * @typedef {object} Case
@@ -25,65 +20,102 @@ export const RISE = 0.03;
  * @property {number} instructions_per_step committed
  * @property {string} why the count is what it is: the reason of its last change
  */
+/** @typedef {import('./guard.mjs').FunctionCount & {case: string}} CaseFunction */
 
-/** @returns {Case[]} */
-export function cases() {
-  const [head, ...lines] = readFileSync(TABLE, 'utf8').trimEnd().split('\n');
-  if (head !== COLUMNS.join(',')) throw new Error(`${TABLE}: the columns must be ${COLUMNS.join(',')}`);
+const TABLES = {
+  'instructions.csv': ['case', 'program', 'arguments', 'from', 'to', 'steps_per_unit', 'instructions_per_step', 'why'],
+  'functions.csv': ['case', 'function', 'counted', 'instructions_per_step', 'why'],
+};
+const NUMBERS = ['from', 'to', 'steps_per_unit', 'instructions_per_step'];
+/** @typedef {keyof typeof TABLES} Table */
+
+/** @param {Table} name */
+export const path = (name) => fileURLToPath(new URL(name, import.meta.url));
+
+/** @param {Table} name @returns {string} */
+export const text_of = (name) => readFileSync(path(name), 'utf8');
+
+/** @param {Table} name @param {string} text @returns {any[]} an object per row; the last column may have commas */
+export function parse(name, text) {
+  const columns = TABLES[name],
+    [head, ...lines] = text.trimEnd().split('\n');
+  if (head !== columns.join(',')) throw new Error(`${path(name)}: the columns must be ${columns.join(',')}`);
   return lines.map((line) => {
     const fields = line.split(','),
-      [name, program, args, from, to, steps, count] = fields;
-    return {
-      case: name,
-      program,
-      arguments: args,
-      from: Number(from),
-      to: Number(to),
-      steps_per_unit: Number(steps),
-      instructions_per_step: Number(count),
-      why: fields.slice(7).join(','),
-    };
+      values = [...fields.slice(0, columns.length - 1), fields.slice(columns.length - 1).join(',')];
+    return Object.fromEntries(columns.map((column, i) => [column, NUMBERS.includes(column) ? Number(values[i]) : values[i]]));
   });
 }
 
-/** @param {string} program @param {string[]} args @returns {Promise<number>} instructions of a whole run */
-async function instructions(program, args) {
-  const { stderr } = await promisify(execFile)(
-    'valgrind',
-    ['--tool=cachegrind', '--cache-sim=no', '--cachegrind-out-file=/dev/null', `${BUILD}/${program}`, ...args],
-    { cwd: ROOT, maxBuffer: 64 << 20 },
-  );
-  const refs = /I +refs: +([\d,]+)/.exec(stderr);
-  if (!refs) throw new Error(`${program} ${args.join(' ')}: valgrind has no count: ${stderr.slice(-400)}`);
-  return Number(refs[1].replaceAll(',', ''));
+/** @param {Table} name @param {any[]} rows */
+function write(name, rows) {
+  const columns = TABLES[name],
+    lines = rows.map((row) => columns.map((column) => row[column]).join(','));
+  writeFileSync(path(name), `${[columns.join(','), ...lines].join('\n')}\n`);
 }
 
-/** @param {Case} c @returns {Promise<number>} instructions per step, now */
-export async function measure(c) {
-  const args = (/** @type {number} */ length) => c.arguments.replace('{}', String(length)).split(' '),
-    [short, long] = await Promise.all([c.from, c.to].map((length) => instructions(c.program, args(length))));
-  return Math.round((long - short) / ((c.to - c.from) * c.steps_per_unit));
+/** @returns {Case[]} */
+export const cases = () => parse('instructions.csv', text_of('instructions.csv'));
+/** @returns {CaseFunction[]} */
+export const functions = () => parse('functions.csv', text_of('functions.csv'));
+
+/** @param {Table} name @param {any[]} rows @returns {Map<string, any>} by what does not change */
+export const by_name = (name, rows) =>
+  new Map(rows.map((row) => [name === 'functions.csv' ? `${row.case}, ${row.function} (${row.counted})` : row.case, row]));
+
+/** @param {Case} c @param {CaseFunction[]} old of the case @param {import('./profile.mjs').Profile} now @param {string} why */
+function renew(c, old, now, why) {
+  const before = by_name('functions.csv', old),
+    renewed = { ...c, instructions_per_step: now.total, why },
+    rows = heaviest(now).map((f) => {
+      const row = { case: c.case, function: f.function, counted: f.counted, instructions_per_step: f.count, why },
+        then = before.get([...by_name('functions.csv', [row]).keys()][0]);
+      return then && Math.abs(f.count / then.instructions_per_step - 1) <= KEPT ? then : row;
+    }),
+    silent = [
+      ...raised_silently(by_name('instructions.csv', [c]), by_name('instructions.csv', [renewed])),
+      ...raised_silently(before, by_name('functions.csv', rows)),
+    ];
+  if (silent.length) throw new Error(`a count that rises has a new reason:\n${silent.join('\n')}`);
+  return { renewed, rows };
 }
 
-/** @param {Case[]} all */
-function write(all) {
-  const line = (/** @type {any} */ c) => COLUMNS.map((name) => c[name]).join(',');
-  writeFileSync(TABLE, `${[COLUMNS.join(','), ...all.map(line)].join('\n')}\n`);
+/** @param {Case} c @param {CaseFunction[]} old @param {import('./profile.mjs').Profile} now */
+function print(c, old, now) {
+  const { failures, notes } = judge(c, old, now),
+    change = (/** @type {number} */ then, /** @type {number} */ count) => `(${(100 * (count / then - 1)).toFixed(2)} %)`;
+  console.log(`${c.case}: ${c.instructions_per_step} committed, ${now.total} now ${change(c.instructions_per_step, now.total)}`);
+  for (const f of old) {
+    const count = now[f.counted].get(f.function) ?? 0;
+    if (Math.abs(count / f.instructions_per_step - 1) > KEPT)
+      console.log(
+        `  ${f.function} (${f.counted}): ${f.instructions_per_step} committed, ${count} now ${change(f.instructions_per_step, count)}`,
+      );
+  }
+  for (const text of failures) console.log(`  fails: ${text}`);
+  for (const text of notes) console.log(`  note: ${text}`);
 }
 
 async function main() {
-  const [option, name, why] = process.argv.slice(2),
-    all = cases(),
-    updates = option === '--update';
+  const updates = process.argv[2] === '--update',
+    [name, why] = process.argv.slice(updates ? 3 : 2);
   if (updates && !(name && why)) throw new Error('--update CASE "WHY": name the case, or all, and the reason');
-  for (const c of all) {
-    if (updates && name !== 'all' && name !== c.case) continue;
+  const all = cases();
+  let counts = functions();
+  if (name && name !== 'all' && !all.some((c) => c.case === name)) throw new Error(`${name}: no such case`);
+  for (const [i, c] of all.entries()) {
+    if (name && name !== 'all' && name !== c.case) continue;
     const now = await measure(c),
-      then = c.instructions_per_step;
-    console.log(`${c.case}: ${then} committed, ${now} now (${(100 * (now / then - 1)).toFixed(2)} %)`);
-    if (updates) Object.assign(c, { instructions_per_step: now, why });
+      old = counts.filter((f) => f.case === c.case);
+    print(c, old, now);
+    if (!updates) continue;
+    const { renewed, rows } = renew(c, old, now, why);
+    all[i] = renewed;
+    counts = all.flatMap((each) => (each.case === c.case ? rows : counts.filter((f) => f.case === each.case)));
   }
-  if (updates) write(all);
+  if (!updates) return;
+  write('instructions.csv', all);
+  write('functions.csv', counts);
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) await main();
