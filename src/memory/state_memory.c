@@ -172,8 +172,13 @@ static void *large_block(size_t size)
 
 void *ll_state_memory_new(size_t size)
 {
+    return size < LEAST ? block_at(malloc(size + HEAD), NULL, NULL) : ll_state_memory_new_pages(size);
+}
+
+void *ll_state_memory_new_pages(size_t size)
+{
     size_t wanted = (size + HEAD + PAGE - 1) / PAGE;
-    if (separately || size < LEAST)
+    if (separately)
         return block_at(malloc(size + HEAD), NULL, NULL);
     if (wanted > PAGES)
         return large_block(size);

@@ -56,8 +56,9 @@ size_t ll_session_bytes(const ll_session *s)
 size_t ll_session_awake_bytes(const ll_session *s)
 {
     size_t config = ll_session_config_used(s), state = s->block_size + config;
-    return fixed_bytes(s) + 3 * config + s->block_size + LL_CHECKPOINTS * state +
-           LL_EVENT_RING * sizeof *s->events.ring;
+    size_t events = s->scenario.kind->records_events ? LL_EVENT_RING * sizeof *s->events.ring : 0;
+    return fixed_bytes(s) + 3 * config + s->block_size + (s->runs_forward ? 0 : LL_CHECKPOINTS * state) +
+           events;
 }
 
 ll_session_pulse ll_session_get_pulse(const ll_session *s)
@@ -249,18 +250,19 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
     if (tick < 0 || tick > s->head)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->head,
                               (long long)tick);
-    return copy(s, tick, NULL, NULL, out);
+    LL_TRY(copy(s, tick, NULL, NULL, out));
+    ll_session_run_forward(*out);
+    return ll_ok();
 }
 
 /* A copied state is valid only if the log that made it is the same. */
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
-    c->block = ll_state_memory_new(s->block_size);
-    if (!c->block)
+    if (!ll_session_make_state(c))
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);
-    c->events.ring = ll_session_event_space(c);
-    memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
+    if (c->events.ring && s->events.ring)
+        memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
     ll_param_copy(s->scenario.kind->table, c->config, s->config);
     c->events.count = s->events.count;
     c->events.base = s->events.base;

@@ -114,6 +114,8 @@ typedef struct ll_sim_kind {
 
     /* If a few seeds give the same metrics, all do: no rare random events. */
     bool no_rare_events;
+    /* `advance` writes events to its recorder: rows of ll_event (netcode/protocol/event.h). */
+    bool records_events;
 
     /* Runs every event up to and including `until`; `step_profiler` may be NULL. LL_DIVERGED names the tick
      * and the entity of the first value that is not finite; the block then stays at that tick. During a long

@@ -649,6 +649,7 @@ const ll_sim_kind ll_sim_netgame = {
     .may_change = may_change,
     .settle = settle,
     .tick_freq = tick_freq,
+    .records_events = true,
     .advance = advance,
     .stands_at = stands_at,
     .touches = touches,
