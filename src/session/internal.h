@@ -69,8 +69,7 @@ typedef struct ll_session_interruption {
 
 /* Events for viewers. */
 typedef struct ll_session_events {
-    bool unwanted;  /* no one will read them */
-    ll_event *ring; /* LL_EVENT_RING of them; NULL: parked, unwanted, or of a kind that makes none */
+    ll_event *ring; /* LL_EVENT_RING of them; NULL: parked, unwatched, or of a kind that makes none */
     uint32_t count;
     uint32_t base; /* first event since time last jumped: earlier ones belong to another run */
 } ll_session_events;
@@ -105,6 +104,7 @@ typedef struct ll_session_clock {
 /* What it took to run. */
 typedef struct ll_session_meter {
     int64_t cpu_ns, cpu_ticks;
+    size_t trace_bytes;             /* most that a copy had on which a trace or a capture was computed */
     ll_step_profiler step_profiler; /* without a clock: off */
 } ll_session_meter;
 
@@ -133,6 +133,7 @@ struct ll_session {
                     NULL */
     bool observes_all;
     bool runs_forward;   /* takes no checkpoints */
+    bool unwatched;      /* keeps no events: no one will read them */
     ll_kept_block *kept; /* of the caller: has the block before and after; NULL: none */
     uint32_t observes;   /* otherwise, as bits of the kind's own */
     bool stale;          /* a change restarted the block: it is at an earlier time than the present tick */

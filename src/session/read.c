@@ -35,6 +35,11 @@ static size_t block_bytes(const ll_session *s)
     return s->block ? s->block_size : 0;
 }
 
+static ll_block_use block_use(const ll_session *s)
+{
+    return s->block && s->scenario.kind->use ? s->scenario.kind->use(s->block) : (ll_block_use){0};
+}
+
 static size_t fixed_bytes(const ll_session *s)
 {
     return sizeof *s + log_bytes(s) + (size_t)s->hashes.capacity * sizeof *s->hashes.marks;
@@ -199,16 +204,26 @@ void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns
         s->scenario.kind->time_parts(s->scenario.config, metrics, now_ns);
 }
 
+void ll_session_account_copy(ll_session *s, const ll_session *copy)
+{
+    size_t bytes = ll_session_bytes(copy);
+    s->meter.trace_bytes = bytes > s->meter.trace_bytes ? bytes : s->meter.trace_bytes;
+}
+
 cJSON *ll_session_cost(const ll_session *s)
 {
     cJSON *o = cJSON_CreateObject();
     double simulated = ll_to_s(ll_tick_time(s->meter.cpu_ticks, s->freq));
+    const ll_block_use use = block_use(s);
     cJSON_AddNumberToObject(o, "ns_per_sim_s",
                             simulated > 0 ? (double)(int64_t)((double)s->meter.cpu_ns / simulated) : 0);
     cJSON_AddNumberToObject(o, "bytes", (double)ll_session_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
+    cJSON_AddNumberToObject(o, "metric_bytes", (double)use.metrics);
+    cJSON_AddNumberToObject(o, "history_bytes", (double)use.histories);
     cJSON_AddNumberToObject(o, "checkpoint_bytes", (double)checkpoint_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
+    cJSON_AddNumberToObject(o, "trace_bytes", (double)s->meter.trace_bytes);
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
     if (s->scenario.kind->costs && s->meter.step_profiler.metered > 0 && is_readable(s)) {
@@ -407,6 +422,7 @@ ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
                               (long long)s->head, (long long)from, (long long)to);
     LL_TRY(ll_session_copy(s, to, &scratch));
     ll_status status = ll_session_write_trace(scratch, from, to, NULL, write, context);
+    ll_session_account_copy(s, scratch);
     ll_session_destroy(scratch);
     return status;
 }

@@ -78,7 +78,7 @@ static uint32_t first_event(const ll_session *s)
 
 static bool may_be_saved(const ll_session *s)
 {
-    return s->block && !s->stale && s->observes_all && !s->events.unwanted &&
+    return s->block && !s->stale && s->observes_all && !s->unwatched &&
            s->transition.kind == LL_TRANSITION_NONE && s->status != LL_SESSION_FAILED && s->tick > 0;
 }
 

@@ -61,6 +61,9 @@ void ll_kept_block_free(ll_kept_block *kept);
  * until it is destroyed; one session at a time has it. */
 ll_status ll_session_open_forward(struct ll_scenario *scenario, ll_kept_block *kept, ll_session **session);
 
+/* Opens a session that keeps no events, since it has no viewers. */
+ll_status ll_session_open_unwatched(struct ll_scenario *scenario, ll_session **session);
+
 void ll_session_destroy(ll_session *session);
 
 /* Restores a session from the lines of a log (as emitted, separated by newlines). It is parked, and paused at
@@ -206,9 +209,11 @@ struct cJSON *ll_session_metrics(ll_session *session);
 /* Measures the parts of the scenario, with its initial parameters, into `metrics`. */
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
 
-/* {"ns_per_sim_s","bytes","block_bytes","checkpoint_bytes","event_bytes","log_bytes","parked_bytes"};
- * parked_bytes is what remains while it is parked. When the step profiler ran and the kind has parts, also
- * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each side-by-side part. */
+/* {"ns_per_sim_s","bytes","block_bytes","metric_bytes","history_bytes","checkpoint_bytes","event_bytes",
+ * "trace_bytes","log_bytes","parked_bytes"}; metric_bytes and history_bytes are parts of the block
+ * (ll_block_use), trace_bytes is what ll_session_account_copy noted, parked_bytes what remains while it is
+ * parked. When the step profiler ran and the kind has parts, also "metered_s" and "parts":
+ * [{"all":{"ns_per_sim_s"}, ...phases}], one for each side-by-side part. */
 struct cJSON *ll_session_cost(const ll_session *session);
 
 /* A copy with the commands up to `tick` (at most the head), at tick 0 and asleep: for reading other ticks
@@ -294,5 +299,6 @@ bool ll_session_is_asleep(const ll_session *session);     /* parked, and no wake
 /* Profiles parts of steps with the owner's clock, for `cost`; NULL: off. */
 void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));
 
-void ll_session_account(ll_session *session, int64_t cpu_ns,
-                        int64_t ticks); /* measured cost of advancing; for `cost` only */
+/* For `cost` only: the measured cost of advancing; and the memory of a copy on which a trace was computed. */
+void ll_session_account(ll_session *session, int64_t cpu_ns, int64_t ticks);
+void ll_session_account_copy(ll_session *session, const ll_session *copy);

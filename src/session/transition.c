@@ -116,7 +116,7 @@ static void return_block(ll_session *s)
 
 bool ll_session_make_state(ll_session *s)
 {
-    const bool keeps_events = s->scenario.kind->records_events && !s->events.unwanted;
+    const bool keeps_events = s->scenario.kind->records_events && !s->unwatched;
     s->block = take_block(s);
     if (s->block && keeps_events)
         s->events.ring = ll_state_memory_new(LL_EVENT_RING * sizeof *s->events.ring);

@@ -100,6 +100,28 @@ static void a_run_forward_has_its_state_only(void **state)
     }
 }
 
+/* One that no one watches may still go back. */
+static void an_unwatched_session_has_checkpoints_only(void **state)
+{
+    (void)state;
+    ll_session *all = open_hosted("race"), *s;
+    ll_scenario scenario = {0};
+    cJSON *json = scenario_of("race");
+    int64_t end = ll_session_get_info(all).end_tick;
+    must(ll_scenario_parse(json, &scenario));
+    must(ll_session_open_unwatched(&scenario, &s));
+    must(ll_session_run_to(all, end));
+    must(ll_session_run_to(s, end));
+    assert_true(cost_of(s, "event_bytes") == 0);
+    assert_true(cost_of(s, "checkpoint_bytes") == cost_of(all, "checkpoint_bytes"));
+    must(ll_session_run_to(all, end / 2));
+    must(ll_session_run_to(s, end / 2));
+    assert_true(ll_session_hash(s) == ll_session_hash(all));
+    ll_session_destroy(all);
+    ll_session_destroy(s);
+    cJSON_Delete(json);
+}
+
 /* A copy is read once, from its start to its end. Events are for who asks for them. */
 static void a_copy_has_events_when_it_is_asked_for_them(void **state)
 {
@@ -139,13 +161,69 @@ static void a_fork_keeps_the_events_that_come(void **state)
     ll_session_destroy(s);
 }
 
+/* The rows of `cost`: parts of the block are within it, the others add up with what is not listed. */
+static void cost_shows_each_part(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *id;
+        double histories; /* of the ground truth: 512 steps, each a time and places of 16 bytes */
+    } runs[] = {{"race", 512 * (8 + 2 * 16) + 16},
+                {"eight", 512 * (8 + 8 * 16) + 16},
+                {"rifle", 0},
+                {"motion/orbit", 0},
+                {"rigid/pyramid", 0},
+                {"fluid/rotation", 0}};
+    for (size_t i = 0; i < sizeof runs / sizeof runs[0]; i++) {
+        ll_session *s = open_hosted(runs[i].id);
+        must(ll_session_run_to(s, 2));
+        double block = cost_of(s, "block_bytes"), metrics = cost_of(s, "metric_bytes"),
+               histories = cost_of(s, "history_bytes"),
+               parts = block + cost_of(s, "checkpoint_bytes") + cost_of(s, "event_bytes") +
+                       cost_of(s, "log_bytes");
+        if (runs[i].histories > 0)
+            assert_true(histories == runs[i].histories);
+        assert_true(metrics + histories < block);
+        assert_true(strncmp(runs[i].id, "fluid", 5) == 0 ? metrics == 0 : metrics > 0);
+        assert_true(parts < cost_of(s, "bytes"));
+        ll_session_park(s);
+        assert_true(cost_of(s, "block_bytes") == 0 && cost_of(s, "metric_bytes") == 0);
+        ll_session_destroy(s);
+    }
+}
+
+static void ignore(void *context, const char *text, size_t length)
+{
+    (void)context;
+    (void)text;
+    (void)length;
+}
+
+/* A trace costs a copy of the state, while it is written; without one there is none. */
+static void a_trace_costs_a_copy(void **state)
+{
+    (void)state;
+    ll_session *s = open_forward("race");
+    must(ll_session_run_to(s, 600));
+    double bytes = cost_of(s, "bytes");
+    assert_true(cost_of(s, "trace_bytes") == 0);
+    must(ll_session_trace(s, 0, 600, ignore, NULL));
+    assert_true(cost_of(s, "trace_bytes") > cost_of(s, "block_bytes"));
+    assert_true(cost_of(s, "trace_bytes") <= bytes);
+    assert_true(cost_of(s, "bytes") == bytes);
+    ll_session_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_kinds_with_events_have_a_ring),
         cmocka_unit_test(a_run_forward_has_its_state_only),
+        cmocka_unit_test(an_unwatched_session_has_checkpoints_only),
         cmocka_unit_test(a_copy_has_events_when_it_is_asked_for_them),
         cmocka_unit_test(a_fork_keeps_the_events_that_come),
+        cmocka_unit_test(cost_shows_each_part),
+        cmocka_unit_test(a_trace_costs_a_copy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
