@@ -14,7 +14,7 @@ enum {
     HUGE = 2 << 20,
     REGION = 64 << 20, /* address space that is reserved at a time */
     PAGES = REGION / PAGE,
-    LEAST = 64 << 10, /* smaller blocks are malloc's */
+    LEAST = 16 << 10, /* smaller blocks are malloc's */
     HEAD = 64,        /* before each block; keeps its alignment */
 };
 
