@@ -820,8 +820,11 @@ function closedFormsDoc() {
 
 const PARTS = [
   ['block_bytes', 'server, clients, links, metrics: one block, of a size that follows from the scenario'],
-  ['checkpoint_bytes', 'two checkpoints, for seeking back; made when a session passes a third and two thirds of its duration'],
-  ['event_bytes', 'the last 2048 events, for views'],
+  ['metric_bytes', 'of the block: what only measures'],
+  ['history_bytes', 'of the block: past states to look back to'],
+  ['checkpoint_bytes', 'of a session: two checkpoints, for seeking back, made when it passes a third and two thirds of its duration'],
+  ['event_bytes', 'of a netgame that may have viewers: the last 2048 events, 98,304 bytes'],
+  ['trace_bytes', 'the copy on which a trace or a capture was computed; not part of `bytes`'],
   ['log_bytes', 'commands; empty without commands'],
   ['bytes', 'all of these and the scenario'],
   ['parked_bytes', 'the bytes that remain while the session is parked: the scenario and the log'],

@@ -370,6 +370,14 @@ static ll_status parse(int argc, char **argv, run_options *a)
                             argc, argv, options, &a->scenario);
 }
 
+/* Nothing seeks back in it: files of all ticks are computed on copies. */
+static ll_status open_session(const cJSON *json, ll_session **session)
+{
+    ll_scenario scenario = {0};
+    LL_TRY(ll_scenario_parse(json, &scenario));
+    return ll_session_open_forward(&scenario, NULL, session);
+}
+
 /* NULL for one thread. */
 static ll_status make_team(const char *threads, ll_team **team)
 {
@@ -396,7 +404,7 @@ int ll_verb_run(int argc, char **argv)
         cJSON_Delete(json);
         return ll_failed(&status) ? ll_argument_fail(&status) : 0;
     }
-    LL_THEN(status, ll_session_create(json, -1, NULL, NULL, &session));
+    LL_THEN(status, open_session(json, &session));
     LL_THEN(status, read_asked(a.metrics, session, &asked));
     if (!ll_failed(&status) && a.metrics)
         ll_session_observe_only(session, asked.path, asked.count);

@@ -44,6 +44,8 @@ static ll_status write_table(ll_session *session, const char *option, const char
     LL_THEN(status, ll_trace_table_new(copy, &request, &table));
     LL_THEN(status, ll_argument_write(path, format, ll_trace_table_get(table)));
     ll_trace_table_free(table);
+    if (copy)
+        ll_session_account_copy(session, copy);
     ll_session_destroy(copy);
     return status;
 }

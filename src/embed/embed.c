@@ -93,7 +93,9 @@ static ll_status open_read(cJSON **json, const char *const *sets, laglab_run *ru
     while (sets && sets[count])
         count++;
     LL_TRY(ll_scenario_override(json, sets, count, (const char *const[]){NULL}));
-    return ll_session_create(*json, -1, NULL, NULL, &run->session);
+    ll_scenario scenario = {0};
+    LL_TRY(ll_scenario_parse(*json, &scenario));
+    return ll_session_open_unwatched(&scenario, &run->session);
 }
 
 /* The text of a scenario, or with a folder its id. */

@@ -14,7 +14,7 @@ enum {
     HUGE = 2 << 20,
     REGION = 64 << 20, /* address space that is reserved at a time */
     PAGES = REGION / PAGE,
-    LEAST = 64 << 10, /* smaller blocks are malloc's */
+    LEAST = 16 << 10, /* smaller blocks are malloc's */
     HEAD = 64,        /* before each block; keeps its alignment */
 };
 
@@ -172,8 +172,13 @@ static void *large_block(size_t size)
 
 void *ll_state_memory_new(size_t size)
 {
+    return size < LEAST ? block_at(malloc(size + HEAD), NULL, NULL) : ll_state_memory_new_pages(size);
+}
+
+void *ll_state_memory_new_pages(size_t size)
+{
     size_t wanted = (size + HEAD + PAGE - 1) / PAGE;
-    if (separately || size < LEAST)
+    if (separately)
         return block_at(malloc(size + HEAD), NULL, NULL);
     if (wanted > PAGES)
         return large_block(size);

@@ -8,5 +8,6 @@
 
 #include <stddef.h>
 
-void *ll_state_memory_new(size_t size); /* not initialised, as of malloc; NULL without memory */
-void ll_state_memory_free(void *block); /* NULL: no effect */
+void *ll_state_memory_new(size_t size);       /* not initialised, as of malloc; NULL without memory */
+void *ll_state_memory_new_pages(size_t size); /* the same in pages of its own, also if it is small */
+void ll_state_memory_free(void *block);       /* NULL: no effect */

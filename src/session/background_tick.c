@@ -41,7 +41,7 @@ struct ll_background_tick {
     ll_status status;
     ll_step_profiler step_profiler;
     uint32_t event_count;
-    ll_event events[LL_EVENT_RING]; /* the newest */
+    ll_event events[]; /* the newest LL_EVENT_RING, if it records */
 };
 
 static void keep_event(void *context, const void *row)
@@ -66,7 +66,9 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
         return ll_ok();
     if (!s->stale && s->tick == s->transition.target_tick && s->transition.kind != LL_TRANSITION_NONE)
         return ll_ok();
-    ll_background_tick *a = calloc(1, sizeof *a);
+    const bool records = s->events.ring && !s->stale &&
+                         (s->transition.kind == LL_TRANSITION_NONE || s->tick >= s->transition.record_from);
+    ll_background_tick *a = calloc(1, sizeof *a + (records ? LL_EVENT_RING * sizeof a->events[0] : 0));
     if (a)
         a->block = take_spare(s);
     if (!a || !a->block) {
@@ -83,8 +85,7 @@ ll_status ll_session_begin_background_tick(ll_session *s, ll_time wall, ll_backg
     a->to = s->tick + !s->stale;
     a->until = ll_tick_time(a->to, s->freq);
     a->epoch = s->interruption.epoch;
-    a->records =
-        !s->stale && (s->transition.kind == LL_TRANSITION_NONE || s->tick >= s->transition.record_from);
+    a->records = records;
     a->step_profiler.now_ns = s->meter.step_profiler.now_ns;
     *tick = a;
     return ll_ok();

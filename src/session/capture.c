@@ -251,6 +251,7 @@ ll_status ll_session_capture(ll_session *s, const ll_capture_range *range,
                               s->head, from, to);
     LL_TRY(ll_session_copy(s, to, &scratch));
     ll_status status = ll_session_write_capture(scratch, range, NULL, write, context);
+    ll_session_account_copy(s, scratch);
     ll_session_destroy(scratch);
     return status;
 }

@@ -186,16 +186,28 @@ static int64_t end_of_run(const ll_session *s, int64_t to)
     return end;
 }
 
-static ll_recorder recorder_of(ll_session *s)
+static void drop_event(void *context, const void *row)
 {
-    return (ll_recorder){.record = ll_session_keep_event, .context = s, .packet = s->on_packet};
+    (void)context;
+    (void)row;
+}
+
+/* NULL: no one reads what happens in a run that records or does not. */
+static const ll_recorder *recorder_of(ll_session *s, bool record, ll_recorder *recorder)
+{
+    if (!s->on_packet && !(record && s->events.ring))
+        return NULL;
+    *recorder = (ll_recorder){
+        .record = s->events.ring ? ll_session_keep_event : drop_event, .context = s, .packet = s->on_packet};
+    return recorder;
 }
 
 /* A failure comes after the same tick, whether the session is paced, replayed or seeks. */
 void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
-    const ll_recorder recorder = recorder_of(s);
+    ll_recorder kept;
+    const ll_recorder *recorder = recorder_of(s, record, &kept);
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
     if (!ll_session_refresh(s))
         return;
@@ -203,8 +215,8 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         ll_session_take_checkpoint(s);
         int64_t end = end_of_run(s, to);
         ll_time until = ll_tick_time(end, s->freq);
-        ll_status status = kind->advance(s->block, until, record || s->on_packet ? &recorder : NULL,
-                                         step_profiler, s->interruption.by, s->team);
+        ll_status status =
+            kind->advance(s->block, until, recorder, step_profiler, s->interruption.by, s->team);
         s->interruption.epoch++;
         if (status.code == LL_INTERRUPTED) {
             s->interruption.happened = true;
@@ -234,10 +246,10 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 /* The state of a tick includes everything that happens at its time; this holds for tick 0 too. */
 static ll_status run_tick_zero(ll_session *s, bool record)
 {
-    const ll_recorder recorder = recorder_of(s);
+    ll_recorder kept;
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
-    return s->scenario.kind->advance(s->block, 0, record || s->on_packet ? &recorder : NULL, step_profiler,
-                                     NULL, s->team);
+    return s->scenario.kind->advance(s->block, 0, recorder_of(s, record, &kept), step_profiler, NULL,
+                                     s->team);
 }
 
 void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)
@@ -296,7 +308,7 @@ void ll_session_begin_rebuild(ll_session *s, int64_t tick)
     s->events.base = s->events.count;
     s->transition.record_from = record_from;
     if (best && best->tick > record_from) {
-        for (uint32_t i = 0; i < s->saved.event_count; i++)
+        for (uint32_t i = 0; i < s->saved.event_count && s->events.ring; i++)
             ll_session_keep_event(s, &s->saved.events[i]);
         s->transition.record_from = best->tick;
     }

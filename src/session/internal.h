@@ -69,7 +69,7 @@ typedef struct ll_session_interruption {
 
 /* Events for viewers. */
 typedef struct ll_session_events {
-    ll_event *ring; /* in the session's `memory`; NULL: parked */
+    ll_event *ring; /* LL_EVENT_RING of them; NULL: parked, unwatched, or of a kind that makes none */
     uint32_t count;
     uint32_t base; /* first event since time last jumped: earlier ones belong to another run */
 } ll_session_events;
@@ -104,6 +104,7 @@ typedef struct ll_session_clock {
 /* What it took to run. */
 typedef struct ll_session_meter {
     int64_t cpu_ns, cpu_ticks;
+    size_t trace_bytes;             /* most that a copy had on which a trace or a capture was computed */
     ll_step_profiler step_profiler; /* without a clock: off */
 } ll_session_meter;
 
@@ -114,7 +115,7 @@ typedef struct ll_session_listener {
 } ll_session_listener;
 
 struct ll_session {
-    void *memory;         /* of the next three, and the events; NULL while they are packed */
+    void *memory;         /* of the next three; NULL while they are packed */
     ll_scenario scenario; /* as created; a reset restores it */
     void *base;           /* configuration at tick 0 of the present log */
     void *config;         /* configuration at the present tick */
@@ -132,6 +133,7 @@ struct ll_session {
                     NULL */
     bool observes_all;
     bool runs_forward;   /* takes no checkpoints */
+    bool unwatched;      /* keeps no events: no one will read them */
     ll_kept_block *kept; /* of the caller: has the block before and after; NULL: none */
     uint32_t observes;   /* otherwise, as bits of the kind's own */
     bool stale;          /* a change restarted the block: it is at an earlier time than the present tick */
@@ -168,7 +170,6 @@ static inline void ll_session_drop_spare(ll_session *s)
 /* ---- packed.c ---- */
 
 bool ll_session_allocate(ll_session *s); /* the configurations' memory, all zero; false without memory */
-ll_event *ll_session_event_space(const ll_session *s); /* LL_EVENT_RING of them */
 /* Keeps of the configurations only what they differ in; no effect without memory. Until they are unpacked
  * only the functions below may be called. */
 void ll_session_pack(ll_session *s);
@@ -233,8 +234,8 @@ void ll_session_drop_saved_state(ll_session *s);
 void ll_session_emit_own(const ll_session *s, const char *op); /* emits an op to the session's own listener */
 void ll_session_set_clock(ll_session *s, ll_time wall);        /* the present tick is due at `wall` */
 
-void ll_session_keep_event(void *context,
-                           const void *row); /* an ll_recorder function; context: the session */
+/* An ll_recorder function; the context is the session, which must have a ring. */
+void ll_session_keep_event(void *context, const void *row);
 void ll_session_fail(ll_session *s, const ll_status *why);
 void ll_session_take_checkpoint(ll_session *s); /* takes a checkpoint if one is due */
 /* Brings a stale block to the present tick; false when it was interrupted. */
@@ -252,6 +253,8 @@ void ll_session_begin_seek(ll_session *s, int64_t tick);
 void ll_session_rebuild(ll_session *s,
                         int64_t tick); /* does not return before `tick` is reached or it is interrupted */
 ll_status ll_session_wake(ll_session *s);
+/* Makes room for the block and the events, not initialised; false without memory. */
+bool ll_session_make_state(ll_session *s);
 void ll_session_drop_state(ll_session *s); /* the block, the checkpoints and the events */
 
 /* ---- session.c ---- */

@@ -1,8 +1,7 @@
-/* Configurations of a session: all three and its events lie in one block while they are used. While it is
- * parked only the bytes remain in which the first differs from the defaults, and each from the one before it.
+/* Configurations of a session: all three lie in one block while they are used. While it is parked only the
+ * bytes remain in which the first differs from the defaults, and each from the one before it.
  *
- * The block of most kinds is large enough to be a mapping of its own: a parked session leaves no hole between
- * small blocks that stay. */
+ * The block has pages of its own: a parked session leaves no hole between small blocks that stay. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,8 +31,7 @@ static char *config_at(const ll_session *s, int i)
 bool ll_session_allocate(ll_session *s)
 {
     const size_t configs = CONFIGS * s->config_size;
-    s->memory = ll_state_memory_new(
-        configs + LL_EVENT_RING * sizeof(ll_event)); /* an event is written before it is read */
+    s->memory = ll_state_memory_new_pages(configs);
     if (!s->memory)
         return false;
     memset(s->memory, 0, configs);
@@ -41,11 +39,6 @@ bool ll_session_allocate(ll_session *s)
     s->base = config_at(s, 1);
     s->config = config_at(s, 2);
     return true;
-}
-
-ll_event *ll_session_event_space(const ll_session *s)
-{
-    return (ll_event *)(void *)config_at(s, CONFIGS);
 }
 
 /* ---- differences: where, how many, their bytes; one of no bytes ends a configuration ---- */

@@ -35,6 +35,11 @@ static size_t block_bytes(const ll_session *s)
     return s->block ? s->block_size : 0;
 }
 
+static ll_block_use block_use(const ll_session *s)
+{
+    return s->block && s->scenario.kind->use ? s->scenario.kind->use(s->block) : (ll_block_use){0};
+}
+
 static size_t fixed_bytes(const ll_session *s)
 {
     return sizeof *s + log_bytes(s) + (size_t)s->hashes.capacity * sizeof *s->hashes.marks;
@@ -56,8 +61,9 @@ size_t ll_session_bytes(const ll_session *s)
 size_t ll_session_awake_bytes(const ll_session *s)
 {
     size_t config = ll_session_config_used(s), state = s->block_size + config;
-    return fixed_bytes(s) + 3 * config + s->block_size + LL_CHECKPOINTS * state +
-           LL_EVENT_RING * sizeof *s->events.ring;
+    size_t events = s->scenario.kind->records_events ? LL_EVENT_RING * sizeof *s->events.ring : 0;
+    return fixed_bytes(s) + 3 * config + s->block_size + (s->runs_forward ? 0 : LL_CHECKPOINTS * state) +
+           events;
 }
 
 ll_session_pulse ll_session_get_pulse(const ll_session *s)
@@ -208,16 +214,26 @@ void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns
         s->scenario.kind->time_parts(s->scenario.config, metrics, now_ns);
 }
 
+void ll_session_account_copy(ll_session *s, const ll_session *copy)
+{
+    size_t bytes = ll_session_bytes(copy);
+    s->meter.trace_bytes = bytes > s->meter.trace_bytes ? bytes : s->meter.trace_bytes;
+}
+
 cJSON *ll_session_cost(const ll_session *s)
 {
     cJSON *o = cJSON_CreateObject();
     double simulated = ll_to_s(ll_tick_time(s->meter.cpu_ticks, s->freq));
+    const ll_block_use use = block_use(s);
     cJSON_AddNumberToObject(o, "ns_per_sim_s",
                             simulated > 0 ? (double)(int64_t)((double)s->meter.cpu_ns / simulated) : 0);
     cJSON_AddNumberToObject(o, "bytes", (double)ll_session_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
+    cJSON_AddNumberToObject(o, "metric_bytes", (double)use.metrics);
+    cJSON_AddNumberToObject(o, "history_bytes", (double)use.histories);
     cJSON_AddNumberToObject(o, "checkpoint_bytes", (double)checkpoint_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
+    cJSON_AddNumberToObject(o, "trace_bytes", (double)s->meter.trace_bytes);
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
     if (s->scenario.kind->costs && s->meter.step_profiler.metered > 0 && is_readable(s)) {
@@ -259,18 +275,19 @@ ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
     if (tick < 0 || tick > s->head)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->head,
                               (long long)tick);
-    return copy(s, tick, NULL, NULL, out);
+    LL_TRY(copy(s, tick, NULL, NULL, out));
+    ll_session_run_forward(*out);
+    return ll_ok();
 }
 
 /* A copied state is valid only if the log that made it is the same. */
 static ll_status copy_state(const ll_session *s, ll_session *c)
 {
-    c->block = ll_state_memory_new(s->block_size);
-    if (!c->block)
+    if (!ll_session_make_state(c))
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     memcpy(c->block, s->block, s->block_size);
-    c->events.ring = ll_session_event_space(c);
-    memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
+    if (c->events.ring && s->events.ring)
+        memcpy(c->events.ring, s->events.ring, LL_EVENT_RING * sizeof *c->events.ring);
     ll_param_copy(s->scenario.kind->table, c->config, s->config);
     c->events.count = s->events.count;
     c->events.base = s->events.base;
@@ -415,6 +432,7 @@ ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
                               (long long)s->head, (long long)from, (long long)to);
     LL_TRY(ll_session_copy(s, to, &scratch));
     ll_status status = ll_session_write_trace(scratch, from, to, NULL, write, context);
+    ll_session_account_copy(s, scratch);
     ll_session_destroy(scratch);
     return status;
 }

@@ -78,8 +78,8 @@ static uint32_t first_event(const ll_session *s)
 
 static bool may_be_saved(const ll_session *s)
 {
-    return s->block && !s->stale && s->observes_all && s->transition.kind == LL_TRANSITION_NONE &&
-           s->status != LL_SESSION_FAILED && s->tick > 0;
+    return s->block && !s->stale && s->observes_all && !s->unwatched &&
+           s->transition.kind == LL_TRANSITION_NONE && s->status != LL_SESSION_FAILED && s->tick > 0;
 }
 
 static size_t size_of(const saved_head *head)

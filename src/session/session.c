@@ -78,12 +78,36 @@ ll_status ll_session_open_forward(ll_scenario *scenario, ll_kept_block *kept, ll
 {
     ll_status status = ll_session_new(scenario, scenario->config, NULL, NULL, session);
     if (!ll_failed(&status)) {
-        (*session)->runs_forward = true;
+        ll_session_run_forward(*session);
         (*session)->kept = kept;
         status = begin(session);
     }
     *scenario = (ll_scenario){0};
     return status;
+}
+
+ll_status ll_session_open_unwatched(ll_scenario *scenario, ll_session **session)
+{
+    ll_status status = ll_session_new(scenario, scenario->config, NULL, NULL, session);
+    if (!ll_failed(&status)) {
+        (*session)->unwatched = true;
+        status = begin(session);
+    }
+    *scenario = (ll_scenario){0};
+    return status;
+}
+
+void ll_session_run_forward(ll_session *s)
+{
+    LL_ASSERT(!s->block);
+    s->runs_forward = true;
+    s->unwatched = true;
+}
+
+void ll_session_keep_events(ll_session *s)
+{
+    LL_ASSERT(!s->block);
+    s->unwatched = false;
 }
 
 void ll_session_observe_only(ll_session *s, const char *const *paths, int count)

@@ -57,9 +57,12 @@ typedef struct ll_kept_block {
 /* When no session has the block. */
 void ll_kept_block_free(ll_kept_block *kept);
 
-/* Opens a session that will not be sought back: it takes no checkpoints, and seeking back replays from the
- * start. Its state is in `kept`, unless that is NULL, until it is destroyed; one session at a time has it. */
+/* Opens a session that runs forward (ll_session_run_forward). Its state is in `kept`, unless that is NULL,
+ * until it is destroyed; one session at a time has it. */
 ll_status ll_session_open_forward(struct ll_scenario *scenario, ll_kept_block *kept, ll_session **session);
+
+/* Opens a session that keeps no events, since it has no viewers. */
+ll_status ll_session_open_unwatched(struct ll_scenario *scenario, ll_session **session);
 
 void ll_session_destroy(ll_session *session);
 
@@ -81,6 +84,12 @@ ll_status ll_session_restore_from(const ll_session_source *source, ll_log_line *
 /* A copy of the log up to the present tick, with its own `on_line`, which receives all lines; paused at that
  * tick. */
 ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *context, ll_session **copy);
+
+/* The session must be asleep. It will not be sought back and has no viewers: it takes no checkpoints, so that
+ * seeking back replays from the start, and keeps no events. */
+void ll_session_run_forward(ll_session *session);
+/* The session must be asleep, and keeps events again. */
+void ll_session_keep_events(ll_session *session);
 
 /* Before the first tick: only the metrics at these paths will be read, so that the run observes no more than
  * these need. Its hash stays the same. Not for a session with viewers; copies and forks observe everything.
@@ -180,7 +189,8 @@ typedef struct ll_session_pulse {
 
 ll_session_pulse ll_session_get_pulse(const ll_session *session);
 
-/* Memory held, in bytes: at present, and when it is awake with all checkpoints. */
+/* Memory held, in bytes: at present, and when it is awake with all checkpoints that it takes and all events
+ * that it may keep. */
 size_t ll_session_bytes(const ll_session *session);
 size_t ll_session_awake_bytes(const ll_session *session);
 
@@ -201,13 +211,15 @@ struct cJSON *ll_session_metric_values(ll_session *session);
 /* Measures the parts of the scenario, with its initial parameters, into `metrics`. */
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
 
-/* {"ns_per_sim_s","bytes","block_bytes","checkpoint_bytes","event_bytes","log_bytes","parked_bytes"};
- * parked_bytes is what remains while it is parked. When the step profiler ran and the kind has parts, also
- * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each side-by-side part. */
+/* {"ns_per_sim_s","bytes","block_bytes","metric_bytes","history_bytes","checkpoint_bytes","event_bytes",
+ * "trace_bytes","log_bytes","parked_bytes"}; metric_bytes and history_bytes are parts of the block
+ * (ll_block_use), trace_bytes is what ll_session_account_copy noted, parked_bytes what remains while it is
+ * parked. When the step profiler ran and the kind has parts, also "metered_s" and "parts":
+ * [{"all":{"ns_per_sim_s"}, ...phases}], one for each side-by-side part. */
 struct cJSON *ll_session_cost(const ll_session *session);
 
-/* A copy with the commands up to `tick` (at most the head), at tick 0: for reading other ticks without moving
- * the session. Caller destroys. */
+/* A copy with the commands up to `tick` (at most the head), at tick 0 and asleep: for reading other ticks
+ * without moving the session. It runs forward (ll_session_run_forward). Caller destroys. */
 ll_status ll_session_copy(const ll_session *session, int64_t tick, ll_session **copy);
 
 /* The columns of a trace at the present tick, as `line` asks for them. Wakes a parked session. */
@@ -289,5 +301,6 @@ bool ll_session_is_asleep(const ll_session *session);     /* parked, and no wake
 /* Profiles parts of steps with the owner's clock, for `cost`; NULL: off. */
 void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));
 
-void ll_session_account(ll_session *session, int64_t cpu_ns,
-                        int64_t ticks); /* measured cost of advancing; for `cost` only */
+/* For `cost` only: the measured cost of advancing; and the memory of a copy on which a trace was computed. */
+void ll_session_account(ll_session *session, int64_t cpu_ns, int64_t ticks);
+void ll_session_account_copy(ll_session *session, const ll_session *copy);

@@ -90,7 +90,7 @@ void ll_kept_block_free(ll_kept_block *kept)
     *kept = (ll_kept_block){0};
 }
 
-/* The block of a state, not initialised; NULL without memory. */
+/* Not initialised; NULL without memory. */
 static void *take_block(ll_session *s)
 {
     ll_kept_block *kept = s->kept;
@@ -114,11 +114,21 @@ static void return_block(ll_session *s)
     *s->kept = (ll_kept_block){s->block, s->block_size};
 }
 
+bool ll_session_make_state(ll_session *s)
+{
+    const bool keeps_events = s->scenario.kind->records_events && !s->unwatched;
+    s->block = take_block(s);
+    if (s->block && keeps_events)
+        s->events.ring = ll_state_memory_new(LL_EVENT_RING * sizeof *s->events.ring);
+    return s->block && (s->events.ring || !keeps_events);
+}
+
 void ll_session_drop_state(ll_session *s)
 {
     ll_session_drop_checkpoints(s, -1);
     return_block(s);
     ll_session_drop_spare(s);
+    ll_state_memory_free(s->events.ring);
     s->block = NULL;
     s->events.ring = NULL;
     s->stale = false;
@@ -143,12 +153,10 @@ ll_status ll_session_begin_wake(ll_session *s)
         return ll_ok();
     int64_t tick = s->tick;
     LL_TRY(ll_session_unpack(s));
-    s->block = take_block(s);
-    if (!s->block) {
+    if (!ll_session_make_state(s)) {
         ll_session_park(s);
         return ll_error(LL_NO_MEMORY, "out of memory: state of a session (%zu bytes)", s->block_size);
     }
-    s->events.ring = ll_session_event_space(s);
     s->transition.status_parked = s->status;
     ll_session_begin_rebuild(s, tick);
     s->transition.kind = LL_TRANSITION_WAKE;

@@ -1343,9 +1343,18 @@ export interface components {
                 /** @description CPU time per simulated second. */
                 ns_per_sim_s: number;
                 bytes: components["schemas"]["Counter"];
+                /** @description The state, with the metrics and histories below. */
                 block_bytes: components["schemas"]["Counter"];
+                /** @description Of the block: what only measures. */
+                metric_bytes: components["schemas"]["Counter"];
+                /** @description Of the block: past states to look back to. */
+                history_bytes: components["schemas"]["Counter"];
+                /** @description For seeking back. */
                 checkpoint_bytes: components["schemas"]["Counter"];
+                /** @description The last events, for viewers; 0 for kinds without events. */
                 event_bytes: components["schemas"]["Counter"];
+                /** @description In `laglab run`: of the copy that traces and captures were computed on, after which it is free; not part of `bytes`. */
+                trace_bytes: components["schemas"]["Counter"];
                 log_bytes: components["schemas"]["Counter"];
                 parked_bytes: components["schemas"]["Counter"];
                 /** @description Virtual time that the parts cover: while the session has a viewer. */

@@ -241,6 +241,8 @@ static ll_column column_of(const ll_record_field *field)
 static ll_status begin_record(ll_trace_table *t)
 {
     LL_TRY(find_record(t->copy, t->request.name, t->request.of, &t->record, &t->types));
+    if (t->types)
+        ll_session_keep_events(t->copy);
     t->columns[1] = column("session_tick", LL_CELL_INT, false); /* a record may have a tick of its own */
     for (int i = 0; i < t->record->count; i++)
         t->columns[TIMES + i] = column_of(&t->record->fields[i]);

@@ -21,7 +21,8 @@ typedef struct ll_trace_table ll_trace_table;
 /* LL_BAD_INPUT: this session has no such record. */
 ll_status ll_trace_table_check(const ll_session *session, const char *name, const char *of);
 
-/* Reading the rows moves `copy`, which must be at tick 0 and outlive the table; `of` and `interrupt` too. */
+/* Reading the rows moves `copy`, a new one of ll_session_copy, which must outlive the table; `of` and
+ * `interrupt` too. */
 ll_status ll_trace_table_new(ll_session *copy, const ll_trace_request *request, ll_trace_table **table);
 const ll_table *ll_trace_table_get(const ll_trace_table *table);
 void ll_trace_table_free(ll_trace_table *table);

@@ -299,7 +299,7 @@ static ll_status check_with_metrics(ll_experiment *e)
             return ll_error(LL_NO_MEMORY, "out of memory: scenario");
         status = ll_ok();
     }
-    LL_THEN(status, ll_session_open(&scenario, NULL, NULL, &session));
+    LL_THEN(status, ll_session_open_forward(&scenario, NULL, &session));
     if (ll_failed(&status))
         return status;
     cJSON *metrics = ll_session_metric_values(session);

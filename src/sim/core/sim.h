@@ -95,6 +95,12 @@ typedef struct ll_block_range {
 
 enum { LL_BLOCK_RANGES_MAX = 96 };
 
+/* Bytes of a block. */
+typedef struct ll_block_use {
+    size_t metrics;   /* what only measures: no step reads it */
+    size_t histories; /* past states that steps, or measurements, look back to */
+} ll_block_use;
+
 typedef struct ll_sim_kind {
     const char *name;
     const char *help;
@@ -114,6 +120,8 @@ typedef struct ll_sim_kind {
 
     /* If a few seeds give the same metrics, all do: no rare random events. */
     bool no_rare_events;
+    /* `advance` writes events to its recorder: rows of ll_event (netcode/protocol/event.h). */
+    bool records_events;
 
     /* Runs every event up to and including `until`; `step_profiler` may be NULL. LL_DIVERGED names the tick
      * and the entity of the first value that is not finite; the block then stays at that tick. During a long
@@ -128,6 +136,7 @@ typedef struct ll_sim_kind {
     /* What the next tick will touch, at most LL_BLOCK_RANGES_MAX parts: a hint, for prefetching. Returns
      * their number. NULL: the kind cannot say. */
     int (*touches)(const void *block, ll_block_range *range);
+    ll_block_use (*use)(const void *block); /* NULL: it has neither */
 
     /* Live parameters of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);

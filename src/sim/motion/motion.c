@@ -55,6 +55,17 @@ static size_t size(const void *config)
     return (size_t)lay_out(NULL, config);
 }
 
+/* References, what they differ in, and the measures. */
+static ll_block_use use(const void *block)
+{
+    const ll_motion *m = block;
+    const int methods = m->config.method_count;
+    int64_t measures = (methods > 0 ? m->at[0].shown : m->size) - m->first;
+    for (int i = 0; i < methods; i++)
+        measures += m->at[i].run - m->at[i].wanted + (m->second - m->first);
+    return (ll_block_use){.metrics = (size_t)measures};
+}
+
 /* ---- start ---- */
 
 static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
@@ -173,6 +184,7 @@ const ll_sim_kind ll_sim_motion = {
     .settle = settle,
     .tick_freq = tick_freq,
     .advance = advance,
+    .use = use,
     .change = change,
     .begins_anew = true,
     .hash = hash,

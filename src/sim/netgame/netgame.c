@@ -640,6 +640,15 @@ static int touches(const void *block, ll_block_range *range)
     return t.count;
 }
 
+static ll_block_use use(const void *block)
+{
+    const ll_netgame *g = block;
+    const ll_shots *shots = ll_netgame_shots(g);
+    size_t judged = shots ? ll_shots_size(g->config.player_count, shots->arena.bodies) : 0;
+    return (ll_block_use){.metrics = ll_netgame_bytes(g) - (size_t)g->observed + judged,
+                          .histories = ll_history_size(ll_netgame_history(g)->entities)};
+}
+
 const ll_sim_kind ll_sim_netgame = {
     .name = "netgame",
     .help = "A game over a network: server, clients and links.",
@@ -649,9 +658,11 @@ const ll_sim_kind ll_sim_netgame = {
     .may_change = may_change,
     .settle = settle,
     .tick_freq = tick_freq,
+    .records_events = true,
     .advance = advance,
     .stands_at = stands_at,
     .touches = touches,
+    .use = use,
     .change = change,
     .accepts = accepts,
     .input = input,

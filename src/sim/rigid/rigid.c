@@ -199,6 +199,14 @@ static uint64_t hash(const void *block)
     return h;
 }
 
+/* The measures of each world, and where its bodies are expected. */
+static ll_block_use use(const void *block)
+{
+    const ll_rigid_sim *s = block;
+    size_t records = (size_t)ll_rigid_sim_worlds(&s->setup) * sizeof s->record[0];
+    return (ll_block_use){.metrics = records + (size_t)(s->world[0] - s->reference)};
+}
+
 const ll_sim_kind ll_sim_rigid = {
     .name = "rigid",
     .help = "Rigid bodies that collide, by exchangeable volumes, phases and solvers.",
@@ -208,6 +216,7 @@ const ll_sim_kind ll_sim_rigid = {
     .settle = settle,
     .tick_freq = tick_freq,
     .advance = advance,
+    .use = use,
     .change = change,
     .accepts = accepts,
     .input = input,
