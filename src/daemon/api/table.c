@@ -27,7 +27,7 @@ static const ll_http_route table[] = {
      .pattern = V1 "/schema",
      .handler = ll_get_schema,
      .run_on = LL_HTTP_POOL, /* which compresses: 58 kB of a first load */
-     .query = "kind"},
+     .query = "kind,brief"},
     {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
     {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_schemas},
     {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},

@@ -27,6 +27,7 @@ import { slowing } from '../session/time.js';
 import { begun, likely } from './early.js';
 import * as keys from './keys.js';
 import { LABS } from './labs.js';
+import { lessons } from './lessons.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
 
@@ -79,7 +80,7 @@ function readSchemas() {
     const kind = params.value?.kind;
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
-    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => {
+    insist(() => call('GET', `schema?kind=${kind}&brief=true`)).then((answer) => {
       schemas.value = new Map(schemas.value).set(kind, answer);
     });
   });
@@ -90,11 +91,11 @@ function readMore() {
     scenarios.value = answer.scenarios ?? [];
   });
 }
-const FIRST_MS = 150, /* the first frames have the machine and the line to themselves */
+const FIRST_MS = 150 /* the first frames have the machine and the line to themselves */,
   IDLE_MS = 500;
 const waiting = effect(() => {
   /* a request before the first frame delays that frame */
-  if (frame.value === null && experiment.value === null && lesson.value?.id !== '') return;
+  if (frame.value === null && experiment.value === null && (lesson.value?.id !== '' || lessons.value === null)) return;
   queueMicrotask(() => waiting());
   setTimeout(readSchemas);
   setTimeout(() => (globalThis.requestIdleCallback ?? setTimeout)(readMore, { timeout: IDLE_MS }), FIRST_MS);
