@@ -181,7 +181,7 @@ test('all modules of the page are requested at once, those of the first lab wher
   const page = closure('js/shell/main.js'),
     lab = closure('js/labs/netgame/lab/lab.js');
   const text = readFileSync(path.join(WWW, 'index.html'), 'utf8');
-  const kept = /<template id="first-lab">([^]*?)<\/template>/.exec(text)?.[1] ?? '';
+  const kept = /<template id="first-lab">(.*?)<\/template>/s.exec(text)?.[1] ?? '';
   const asked = (/** @type {string} */ part) =>
     [...part.matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g)].map(([, name]) => name).sort();
   assert.ok(page.size > 20 && lab.size > 20);
