@@ -91,6 +91,8 @@ test('scenarios and documents', async () => {
   for (const id of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'RACE', 'race.json', 'a//b'])
     assert.equal((await c.get(`/api/v1/scenarios/${id}`)).status, 404, id);
   const all = (await call('get', '/api/v1/schema', {}, 200)).json;
+  const without = (/** @type {any} */ node) =>
+    JSON.parse(JSON.stringify(node, (key, value) => (key === 'description' && typeof value === 'string' ? undefined : value)));
   for (const kind of ['netgame', 'motion', 'rigid', 'fluid']) {
     const one = (await call('get', '/api/v1/schema', {}, 200, { query: `?kind=${kind}` })).json;
     assert.deepEqual(
@@ -98,7 +100,10 @@ test('scenarios and documents', async () => {
       all.oneOf.filter((/** @type {any} */ o) => o.properties.kind.const === kind),
     );
     for (const [name, value] of Object.entries(one.$defs)) assert.deepEqual(value, all.$defs[name], name);
+    const bare = (await call('get', '/api/v1/schema', {}, 200, { query: `?kind=${kind}&brief=true` })).json;
+    assert.deepEqual(bare, without(one));
   }
+  await call('get', '/api/v1/schema', {}, 400, { query: '?brief=perhaps' });
   assert.match(
     (await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail,
     /netgame, motion, rigid, fluid; got nosuch/,

@@ -80,7 +80,7 @@ test('the language is that of the address, else the chosen one, else the browser
 test('one language is read, and of a lab only what it shows', async () => {
   for (const [at, parts] of /** @type {[string, string[]][]} */ ([
     ['#race', ['netgame', 'page']],
-    ['#step', ['motion', 'netgame', 'page']] /* the first lab is read before it is known which is shown */,
+    ['#step', ['motion', 'page']],
   ])) {
     const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de${at}`);
     const read = () => requests.map((request) => new URL(request.url()).pathname).filter((name) => name.startsWith('/words/'));

@@ -5380,6 +5380,8 @@ export interface operations {
             query?: {
                 /** @description Only scenarios of this kind. Default, all kinds. */
                 kind?: "netgame" | "motion" | "rigid" | "fluid";
+                /** @description true leaves out the descriptions. */
+                brief?: boolean;
             };
             header?: never;
             path?: never;

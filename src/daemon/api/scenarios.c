@@ -13,24 +13,33 @@
 #include "session/records.h"
 #include "session/scenario.h"
 
+/* Whether texts are left out; false, and refused, where the query has neither. */
+static bool read_brief(const ll_http_request *request, ll_http_response *response, bool *brief)
+{
+    const char *text = ll_http_query(request, "brief");
+    *brief = text && strcmp(text, "true") == 0;
+    if (!text || *brief || strcmp(text, "false") == 0)
+        return true;
+    ll_status wrong =
+        ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", text);
+    ll_http_problem(response, request, &wrong);
+    return false;
+}
+
 void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
     cJSON *list = NULL;
-    const char *brief = ll_http_query(request, "brief");
-    if (brief && strcmp(brief, "true") != 0 && strcmp(brief, "false") != 0) {
-        ll_status wrong =
-            ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", brief);
-        ll_http_problem(response, request, &wrong);
+    bool brief;
+    if (!read_brief(request, response, &brief))
         return;
-    }
     ll_status status = ll_scenario_list(api->scenarios, &list);
     if (ll_failed(&status)) {
         ll_http_problem_as(response, request, 503, &status);
         return;
     }
     cJSON *json = cJSON_CreateObject(), *item;
-    if (brief && strcmp(brief, "true") == 0)
+    if (brief)
         cJSON_ArrayForEach(item, list) cJSON_DeleteItemFromObjectCaseSensitive(item, "text");
     cJSON_AddItemToObject(json, "scenarios", list);
     ll_http_json(response, 200, json);
@@ -52,15 +61,34 @@ void ll_get_scenario(void *context, const ll_http_request *request, ll_http_resp
     cJSON_Delete(json);
 }
 
+/* Leaves out the descriptions below `node`: more than half of a schema. A value may have that name too. */
+static void drop_descriptions(cJSON *node)
+{
+    cJSON *at = node->child;
+    while (at) {
+        cJSON *next = at->next;
+        if (cJSON_IsString(at) && at->string && strcmp(at->string, "description") == 0)
+            cJSON_Delete(cJSON_DetachItemViaPointer(node, at));
+        else
+            drop_descriptions(at);
+        at = next;
+    }
+}
+
 void ll_get_schema(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
+    bool brief;
+    if (!read_brief(request, response, &brief))
+        return;
     cJSON *json = NULL;
     ll_status status = ll_scenario_schema(ll_http_query(request, "kind"), &json);
     if (ll_failed(&status)) {
         ll_http_problem(response, request, &status);
         return;
     }
+    if (brief)
+        drop_descriptions(json);
     ll_http_json(response, 200, json);
     snprintf(response->type, sizeof response->type, "application/schema+json");
     cJSON_Delete(json);

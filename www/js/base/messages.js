@@ -58,7 +58,9 @@ export function message(english) {
 /** @param {string} english @returns {string} */
 export const said = (english) => message(english).text;
 
-/* a page that is German has the table before the first refusal */
-effect(() => {
-  if (language.value !== 'en') void read(language.value).catch(() => {});
-});
+/** A page that is German has the table before the first refusal. */
+export function prepare() {
+  effect(() => {
+    if (language.value !== 'en') void read(language.value).catch(() => {});
+  });
+}

@@ -6,8 +6,10 @@ import { experiment, layout, lesson, tradeoff } from './state.js';
 /** @typedef {import('./lab.js').About} About */
 /** @typedef {import('./lab.js').Lab} Lab */
 
-/** All of them; the first is shown until the session's kind is known. @type {import('@preact/signals-core').Signal<About[]>} */
+/** @type {import('@preact/signals-core').Signal<About[]>} */
 export const labs = signal([]);
+/** The one that is read before the session's kind is known. @type {import('@preact/signals-core').Signal<About | undefined>} */
+const likely = signal(undefined);
 /** Those that are read, by kind. @type {import('@preact/signals-core').Signal<Map<string, Lab>>} */
 const read = signal(new Map());
 /** @type {Map<string, Promise<void>>} */
@@ -23,11 +25,13 @@ const kind = computed(() => {
     const wanted = tradeoff.value === null ? 'experiments' : 'tradeoff';
     return list.find((one) => one.sessionless && one.kind === wanted)?.kind;
   }
-  return list.some((one) => one.kind === now) ? now : list[0]?.kind;
+  return list.some((one) => one.kind === now) ? now : likely.value?.kind;
 });
 
-/** The lab that is shown, once it is read. */
-export const lab = computed(() => read.value.get(kind.value ?? ''));
+/** The lab that is shown, once it is read. Only the first has something to show before a session is there. */
+export const lab = computed(() =>
+  layout.value === null && experiment.value === null && likely.value !== labs.value[0] ? undefined : read.value.get(kind.value ?? ''),
+);
 
 /** @param {string} name @param {Partial<Lab>} found */
 function put(name, found) {
@@ -42,8 +46,9 @@ export function load(about) {
   return now;
 }
 
-/** Reads each lab when it is first shown. @param {About[]} list */
-export function register(list) {
+/** Reads each lab when it is first shown. @param {About[]} list @param {About} first */
+export function register(list, first) {
+  likely.value = first;
   labs.value = list;
   effect(() => {
     const about = list.find((one) => one.kind === kind.value);

@@ -6,19 +6,28 @@ import { params, scenarios } from './state.js';
 /** By the scenario's id. @type {import('@preact/signals-core').Signal<Record<string, {title: string, text?: string}>>} */
 const translated = signal({});
 
-effect(() => {
-  const name = language.value;
+/** @param {string} name @returns {Promise<void>} */
+async function read(name) {
   translated.value = {};
-  if (name !== 'en')
-    fetch(new URL(`../../words/scenarios/${name}.json`, import.meta.url))
-      .then((answer) => (answer.ok ? answer.json() : {}))
-      .then(
-        (all) => {
-          if (name === language.peek()) translated.value = all;
-        },
-        () => {}, // they stay in English
-      );
-});
+  if (name === 'en') return;
+  try {
+    const answer = await fetch(new URL(`../../words/scenarios/${name}.json`, import.meta.url)),
+      all = answer.ok ? await answer.json() : {};
+    if (name === language.peek()) translated.value = all;
+  } catch {
+    /* they stay in English */
+  }
+}
+
+/** Reads them, in every language that is shown from now on: nothing of them is shown before the list of scenarios.
+ * @returns {Promise<void>} when they are there */
+export function need() {
+  let now = Promise.resolve();
+  effect(() => {
+    now = read(language.value);
+  });
+  return now;
+}
 
 /** @param {{id: string, title: string}} row @returns {string} */
 export const titleOf = ({ id, title }) => translated.value[id]?.title ?? title;

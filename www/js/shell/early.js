@@ -11,4 +11,8 @@ export const begun = begin(
   LABS.flatMap(({ tabs }) => tabs),
   Object.assign({}, ...LABS.map(({ slow }) => slow)),
 );
-if (begun) need('netgame'); /* of the first lab, which is shown until the session's kind is known */
+
+/** The lab that is read before the session's kind is known: that of the scenario's folder, else the first. */
+export const likely = LABS.find(({ kind }) => link.scenario.startsWith(`${kind}/`)) ?? LABS[0];
+if (begun) need(likely.kind);
+if (link.experiment === null && link.lesson?.id !== '') likely.ahead?.();

@@ -6,6 +6,7 @@ import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
+import { need } from '../session/scenario_words.js';
 import { choose, failed, hook, openExperiments, openLesson, openTradeoff, reopen, show } from '../session/session.js';
 import {
   experiment,
@@ -23,21 +24,22 @@ import {
 } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
 import { slowing } from '../session/time.js';
-import { begun } from './early.js';
+import { begun, likely } from './early.js';
 import * as keys from './keys.js';
 import { LABS } from './labs.js';
+import { lessons } from './lessons.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
 
-register(LABS);
+register(LABS, likely);
 
-/** The first lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */
+/** The lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */
 async function showFirst({ opened, line }) {
   const made = await opened;
-  const [open] = await Promise.all([line, load(LABS[0])]);
+  const [open] = await Promise.all([line, load(likely)]);
   show(made.id, made.key, made.own, open);
   await ready;
   const notes = [made.note === '' ? '' : t(made.note), problems()].filter((text) => text !== '');
@@ -72,27 +74,31 @@ loop.listen();
 
 /** @type {Set<string>} */
 const asked = new Set();
-function readMore() {
-  part(() => import('./later.js'));
+/** What the controls are made from. */
+function readSchemas() {
   effect(() => {
     const kind = params.value?.kind;
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
-    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => {
+    insist(() => call('GET', `schema?kind=${kind}&brief=true`)).then((answer) => {
       schemas.value = new Map(schemas.value).set(kind, answer);
     });
   });
-  insist(() => call('GET', 'scenarios?brief=true')).then((answer) => {
+}
+function readMore() {
+  part(() => import('./later.js'));
+  Promise.all([insist(() => call('GET', 'scenarios?brief=true')), need()]).then(([answer]) => {
     scenarios.value = answer.scenarios ?? [];
   });
 }
+const FIRST_MS = 150 /* the first frames have the machine and the line to themselves */,
+  IDLE_MS = 500;
 const waiting = effect(() => {
   /* a request before the first frame delays that frame */
-  if (frame.value === null && experiment.value === null && lesson.value?.id !== '') return;
-  setTimeout(() => {
-    waiting();
-    readMore();
-  });
+  if (frame.value === null && experiment.value === null && (lesson.value?.id !== '' || lessons.value === null)) return;
+  queueMicrotask(() => waiting());
+  setTimeout(readSchemas);
+  setTimeout(() => (globalThis.requestIdleCallback ?? setTimeout)(readMore, { timeout: IDLE_MS }), FIRST_MS);
 });
 
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) {

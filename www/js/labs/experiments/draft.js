@@ -316,7 +316,7 @@ async function numbersOf(of) {
 /** @param {string} kind */
 export async function readSchema(kind) {
   if (schemas.value.has(kind)) return;
-  const answer = await call('GET', `schema?kind=${kind}`);
+  const answer = await call('GET', `schema?kind=${kind}&brief=true`);
   schemas.value = new Map(schemas.value).set(kind, answer);
 }
 

@@ -1,9 +1,11 @@
 // The dialogs of a netgame, loaded when one is wanted: all settings of a player or the server, a chart's table; and what the help says.
 import { html, nothing } from '../../../../vendor/lit-html.js';
+import { effect } from '../../../../vendor/signals-core.js';
+import { call, insist } from '../../../base/api.js';
 import { fixed, letter } from '../../../base/format.js';
 import { inputOf, language, t } from '../../../base/words.js';
 import { find, grouped, livePaths, valueAt } from '../../../base/schema.js';
-import { locked, params, schema } from '../../../session/state.js';
+import { locked, params, schema, schemas } from '../../../session/state.js';
 import { control } from '../../../workbench/controls.js';
 import { dialog } from '../../../workbench/dialog.js';
 import { keyRow } from '../../../workbench/key_row.js';
@@ -27,6 +29,18 @@ function settings(path) {
     ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}
     ${grouped(path, paths).map((group) => html`<h3>${group.title}</h3>${group.paths.map(setting)}`)}</fieldset>`;
 }
+
+/** The dialogs that explain each setting. */
+const EXPLAINED = ['player', 'spectator', 'server'];
+let explained = false;
+effect(() => {
+  /* the schema with its descriptions, when one of them is first shown in their language */
+  if (explained || language.value !== 'en' || !EXPLAINED.includes(dialog.value?.kind ?? '')) return;
+  explained = true;
+  insist(() => call('GET', 'schema?kind=netgame')).then((answer) => {
+    schemas.value = new Map(schemas.value).set('netgame', answer);
+  });
+});
 
 /** What a setting is: the daemon's help is English. @param {string} path @param {string} [help] */
 const helpOf = (path, help = '') => (language.value === 'en' ? help : (inputOf('netgame', path)?.tip ?? help));
