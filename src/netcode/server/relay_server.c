@@ -190,6 +190,7 @@ int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int pla
                             struct ll_snapshot_common *common, void *packet)
 {
     (void)sync;
+    (void)common;
     const ll_client_slot *client_slot = &server->client_slots[player];
     ll_relay_message *m = packet;
     *m = (ll_relay_message){
