@@ -192,7 +192,7 @@ static void drop_event(void *context, const void *row)
     (void)row;
 }
 
-/* NULL: no one reads what happens in a run that records or does not. */
+/* NULL: no one reads events or packets of this run. */
 static const ll_recorder *recorder_of(ll_session *s, bool record, ll_recorder *recorder)
 {
     if (!s->on_packet && !(record && s->events.ring))

@@ -82,13 +82,16 @@ export function raised_silently(before, after) {
   return found;
 }
 
+/** For a git that works on the folder that it is given, as also inside of a hook. */
+export const OF_FOLDER = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('GIT_')));
+
 /**
  * @param {string} file with its folder @param {string} text of it now
  * @returns {string | null} as it was committed before: at HEAD, or before its last commit where it has not changed since; null without
  */
 export function text_before(file, text) {
   const git = (/** @type {string[]} */ ...args) =>
-    execFileSync('git', ['-C', dirname(file), ...args], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] });
+    execFileSync('git', ['-C', dirname(file), ...args], { encoding: 'utf8', env: OF_FOLDER, stdio: ['ignore', 'pipe', 'ignore'] });
   const name = basename(file);
   try {
     const newest = git('show', `HEAD:./${name}`);

@@ -54,7 +54,7 @@ function spans_of(path) {
 
 /** @param {string} path as the compiler noted it, in whichever folder that was @returns {string} from the project's folder, or '' */
 function own_path(path) {
-  for (const { index } of path.matchAll(/\/(src|tests|bench)\//g)) {
+  for (const { index } of path.matchAll(/\/(?=(src|tests|bench)\/)/g)) {
     const rest = path.slice(index + 1);
     if (existsSync(join(ROOT, rest))) return rest;
   }
@@ -64,7 +64,7 @@ function own_path(path) {
 /** @param {string} symbol @returns {string} without what gcc adds to clones and libc to versions and instruction sets */
 export function plain_name(symbol) {
   const name = symbol.replace(/@.*$/, '').replace(/(\.(constprop|isra|part|cold|lto_priv|\d+)(\.\d+)*)+$/, '');
-  return name.replace(/^_*((mem|str|wcs|wmem)[a-z]+)_(sse|avx|evex|erms).*$/, '$1');
+  return name.replace(/^_*((mem|str|wcs|wmem)[a-z]+)_(sse|avx|evex|erms).*$/, '$1').replace(/^memmove$/, 'memcpy'); // one function
 }
 
 /** @param {Map<string, number>} sums @param {string} key @param {number} count */

@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { heaviest, judge, raised_silently, text_before } from './guard.mjs';
+import { heaviest, judge, OF_FOLDER, raised_silently, text_before } from './guard.mjs';
 import { measure, plain_name, profile_of, spans } from './profile.mjs';
 
 const SOURCE = fileURLToPath(new URL('selftest.c', import.meta.url)),
@@ -125,6 +125,7 @@ test('a count that rises without a new reason is refused, before its commit and 
   const file = join(folder, 'counts.csv'),
     git = (/** @type {string[]} */ ...args) =>
       execFileSync('git', ['-C', folder, '-c', 'user.name=t', '-c', 'user.email=t', '-c', 'commit.gpgsign=false', ...args], {
+        env: OF_FOLDER,
         stdio: 'pipe',
       });
   const commits = (/** @type {string} */ text) => {

@@ -69,7 +69,7 @@ const LABS = [
 async function open({ at, view, panels, ms }, url) {
   const opened = await visit(browser, `${url}${at}`, { height: 2400 }),
     { page } = opened;
-  for (const name of panels) await page.locator(`#${name}`).waitFor();
+  for (const name of panels) await page.locator(`canvas#${name}, #${name} canvas`).first().waitFor();
   await page.waitForTimeout(1000); // all is read
   await slowDown(page, view, ms);
   return opened;
@@ -90,7 +90,7 @@ for (const lab of LABS) {
       for (const n of new Set(list)) inFrame.set(n, (inFrame.get(n) ?? 0) + 1);
     }
     const crowded = [...inFrame.values()].filter((n) => n > 1).length;
-    assert.ok(crowded <= 2, `${crowded} frames of ${all} drew more than one panel`);
+    assert.ok(10 * crowded <= all, `${crowded} frames of ${all} drew more than one panel`); // a frame after a stall draws all
     await pause(page);
     const { tick } = await frameOf(page);
     await settles(() => shownBy(page, panels), Array(panels.length).fill(tick));

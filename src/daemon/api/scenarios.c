@@ -13,7 +13,7 @@
 #include "session/records.h"
 #include "session/scenario.h"
 
-/* Whether texts are left out; false, and refused, where the query has neither. */
+/* Reads `brief`, whether texts are left out; absent: no. False: it is neither true nor false, and refused. */
 static bool read_brief(const ll_http_request *request, ll_http_response *response, bool *brief)
 {
     const char *text = ll_http_query(request, "brief");

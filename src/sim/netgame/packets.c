@@ -3,6 +3,7 @@
 
 #include "base/assert.h"
 #include "base/keep.h"
+#include "netcode/snapshot/common.h"
 #include "sim/netgame/parts.h"
 
 static __attribute__((noinline)) void record_sending(const ll_netgame_run *run, int player,
@@ -126,21 +127,22 @@ void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packe
     }
 }
 
-static int compose_update(ll_netgame_run *run, int player)
+static int compose_update(ll_netgame_run *run, int player, ll_snapshot_common *common)
 {
     if (run->reckoning)
         return ll_server_compose_reckoned(run->server, run->sync, player, run->reckoning, run->composed);
-    return run->sync->compose(run->server, run->sync, player, &run->common, run->composed);
+    return run->sync->compose(run->server, run->sync, player, common, run->composed);
 }
 
-/* The server's message of an update to a connected player. */
-static void update_player(ll_netgame_run *run, int player)
+/* The server's message of an update to a connected player. `common`: of this update; NULL: it is one message.
+ */
+static void update_player(ll_netgame_run *run, int player, ll_snapshot_common *common)
 {
     ll_client_slot *slot = run->seat[player].slot;
     slot->inputs.repeats = 0;
     if (!slot->connection.connected)
         return;
-    const int bytes = compose_update(run, player);
+    const int bytes = compose_update(run, player, common);
     if (run->reports)
         ll_reports_mark(run->reports, player, run->composed);
     ll_netgame_send(run, player, false, run->composed, bytes);
@@ -148,9 +150,10 @@ static void update_player(ll_netgame_run *run, int player)
 
 void ll_netgame_update(ll_netgame_run *run)
 {
-    ll_snapshot_common_clear(&run->common);
+    ll_snapshot_common common;
+    ll_snapshot_common_clear(&common);
     for (int i = 0; i < run->players; i++)
-        update_player(run, i);
+        update_player(run, i, &common);
 }
 
 static void note_result(const ll_netgame_run *run, ll_client_metrics *in, const ll_input_result *result)
@@ -285,7 +288,7 @@ __attribute__((noinline)) void ll_netgame_check_connections(ll_netgame_run *run)
         return;
     for (int i = 0; i < server->players; i++) {
         if (sync->waits && server->client_slots[i].inputs.repeats > 0)
-            update_player(run, i); /* it repeats known inputs, so it lacks the snapshot */
+            update_player(run, i, NULL); /* it repeats known inputs, so it lacks the snapshot */
         int bytes = ll_admission_keep_alive(server, i, now, run->composed);
         if (bytes > 0)
             ll_netgame_send(run, i, false, run->composed, bytes);

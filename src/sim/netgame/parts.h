@@ -2,7 +2,6 @@
 #pragma once
 
 #include "netcode/protocol/packet.h"
-#include "netcode/snapshot/common.h"
 #include "sim/netgame/netgame.h"
 
 #define LL_NETGAME_PACKET_MAX (LL_GAME_WORLD_MAX + 2048)
@@ -62,7 +61,6 @@ typedef struct ll_netgame_run {
     ll_input_result results[LL_INPUTS_MAX]; /* of the inputs of a packet */
     _Alignas(8) char received[LL_NETGAME_PACKET_MAX];
     _Alignas(8) char composed[LL_NETGAME_PACKET_MAX];
-    ll_snapshot_common common; /* of the messages of an update */
 } ll_netgame_run;
 
 /* run.c: the set-up of the client of player `i` */

@@ -41,8 +41,12 @@ function put(name, found) {
 
 /** @param {About} about @returns {Promise<void>} once it is read */
 export function load(about) {
-  const now = reading.get(about.kind) ?? part(about.load).then((found) => put(about.kind, found));
-  reading.set(about.kind, now);
+  let now = reading.get(about.kind);
+  if (!now) {
+    now = part(about.load).then((found) => put(about.kind, found));
+    reading.set(about.kind, now);
+    now.catch(() => reading.delete(about.kind)); // it is read again when it is wanted again
+  }
   return now;
 }
 

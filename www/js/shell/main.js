@@ -81,7 +81,7 @@ function readSchemas() {
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
     insist(() => call('GET', `schema?kind=${kind}&brief=true`)).then((answer) => {
-      schemas.value = new Map(schemas.value).set(kind, answer);
+      if (!schemas.value.has(kind)) schemas.value = new Map(schemas.value).set(kind, answer); // the whole one may be there by now
     });
   });
 }

@@ -317,7 +317,7 @@ async function numbersOf(of) {
 export async function readSchema(kind) {
   if (schemas.value.has(kind)) return;
   const answer = await call('GET', `schema?kind=${kind}&brief=true`);
-  schemas.value = new Map(schemas.value).set(kind, answer);
+  if (!schemas.value.has(kind)) schemas.value = new Map(schemas.value).set(kind, answer);
 }
 
 let reading = 0;

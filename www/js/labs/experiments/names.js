@@ -1,5 +1,5 @@
 // What parameters and metrics are called: by the kind of their scenario, with whose they are and their units. Paths stand in tooltips.
-import { language, choiceOf, inputOf, nameOf, need, t, unitName } from '../../base/words.js';
+import { language, choiceOf, nameOf, need, t, unitName } from '../../base/words.js';
 import { labelOf } from '../../base/schema.js';
 import { LENGTH } from './parts.js';
 
@@ -135,9 +135,6 @@ export function metricTip(path, help, scenario) {
   if (language.value === 'en' || path === COST) return language.value === 'en' ? help : t('experiments.cost_tip');
   return rowOf(scenario?.kind ?? '', path.split('.'))?.tip ?? '';
 }
-
-/** The same of a parameter. @param {string} path @param {string} help @param {any} scenario */
-export const inputTip = (path, help, scenario) => (language.value === 'en' ? help : (inputOf(scenario?.kind ?? '', path)?.tip ?? ''));
 
 /** Of an experiment. @param {string} state */
 export const stateOf = (state) => t(`experiments.state.${state}`) || state;
