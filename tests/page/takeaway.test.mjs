@@ -207,11 +207,12 @@ test('data of a plot of bodies that move: a column for each solver, and the valu
   await until(async () => (await frameOf(page)).time_s > 4, 'they move', 15000);
   const solvers = (await page.locator('table.now thead th').allInnerTexts()).map((text) => text.trim());
   assert.equal(new Set(solvers).size, 2, `${solvers}`);
-  for (const [which, [name, axis]] of [
+  const plots = /** @type {[string, RegExp][]} */ ([
     ['Energy over time', /^energy.*\(J\)$/],
     ['Overlap over time', /^.*overlap.*\(mm\)$/],
     ['Energy over time', /^energy.*\(J\)$/],
-  ].entries()) {
+  ]);
+  for (const [which, [name, axis]] of plots.entries()) {
     const { header, rows } = csvOf((await save(page, 'data', name)).bytes),
       seen = await page.evaluate(() => globalThis.seen());
     assert.equal(header.length, 3);
