@@ -15,8 +15,8 @@ typedef struct ll_common_part {
     ll_snapshot_cost cost;
 } ll_common_part;
 
-/* Not part of a block: it is valid while the world and the baselines do not change, so whoever has it clears
- * it before the first message of an update. */
+/* Not part of a block. It is valid while the world and the baselines do not change: its holder clears it
+ * before the first message of an update. */
 typedef struct ll_snapshot_common {
     int32_t count, bytes_used;
     ll_common_part part[LL_COMMON_PARTS];
