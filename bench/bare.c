@@ -1,8 +1,9 @@
 /* What a scene costs next to a bare loop of the same physics: bare [ROUNDS]
  *
  * Prints a JSON array, an object per case: nanoseconds of CPU time per step, the least of the rounds, and
- * bytes, of the loop and of laglab's session. The loops hold nothing but the state of the physics; they
- * record, check and compare nothing. Both end in the same place, which `bare_end` and `laglab_end` show. */
+ * bytes, of the loop and of laglab's session, which runs forward as `laglab run` does. The loops hold nothing
+ * but the state of the physics; they record, check and compare nothing. Both end in the same place, which
+ * `bare_end` and `laglab_end` show. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -248,10 +249,12 @@ static cJSON *at_path(cJSON *from, const char *const *path)
 /* Seconds of CPU time of the steps alone. */
 static double run_session(const contest *c, cJSON *out, bool tells)
 {
-    cJSON *scenario;
+    cJSON *json;
+    ll_scenario scenario;
     ll_session *session;
-    check(ll_json_parse(c->scenario, strlen(c->scenario), &scenario));
-    check(ll_session_create(scenario, -1, NULL, NULL, &session));
+    check(ll_json_parse(c->scenario, strlen(c->scenario), &json));
+    check(ll_scenario_parse(json, &scenario));
+    check(ll_session_open_forward(&scenario, NULL, &session));
     if (c->metric)
         ll_session_observe_only(session, &c->metric, 1);
     double begin = cpu_now();
@@ -267,7 +270,7 @@ static double run_session(const contest *c, cJSON *out, bool tells)
         cJSON_Delete(report);
     }
     ll_session_destroy(session);
-    cJSON_Delete(scenario);
+    cJSON_Delete(json);
     return spent;
 }
 

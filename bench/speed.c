@@ -52,6 +52,16 @@ static ll_session *create(const cJSON *scenario)
     return session;
 }
 
+/* As `laglab run` does: without checkpoints, and without events for viewers. */
+static ll_session *open_forward(const cJSON *json)
+{
+    ll_scenario scenario;
+    ll_session *session;
+    check(ll_scenario_parse(json, &scenario));
+    check(ll_session_open_forward(&scenario, NULL, &session));
+    return session;
+}
+
 static int64_t tick_at(ll_session *session, double seconds)
 {
     ll_session_info info = ll_session_get_info(session);
@@ -61,7 +71,7 @@ static int64_t tick_at(ll_session *session, double seconds)
 
 static double run(const cJSON *scenario, double seconds, bool observes, uint64_t *hash, int64_t *ticks)
 {
-    ll_session *session = create(scenario);
+    ll_session *session = open_forward(scenario);
     if (!observes)
         ll_session_observe_only(session, NULL, 0);
     double begin = cpu_now();
