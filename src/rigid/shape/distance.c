@@ -2,12 +2,15 @@
 
 #include "base/detmath.h"
 
+enum { TOI_ITERATIONS = 100 };
+
 typedef struct corner { /* of the Minkowski difference b - a */
     ll_vec2 a, b, w;
     double weight;
     int index_a, index_b;
 } corner;
 
+/* Corners, and the part of them that is nearest to the origin: the first `count`, with their weights. */
 typedef struct simplex {
     corner at[3];
     int count;
@@ -37,60 +40,75 @@ static corner corner_at(const ll_geometry *a, const ll_geometry *b, ll_pose rel,
     return c;
 }
 
-/* Reduces a segment to its part nearest to the origin. */
-static void reduce_two(simplex *s)
+/* The part of a segment that is nearest to the origin. */
+typedef struct segment_part {
+    int first, count; /* of its two ends */
+    double weight[2]; /* of those */
+    ll_vec2 p;        /* the nearest point */
+} segment_part;
+
+static inline segment_part part_of_segment(ll_vec2 w0, ll_vec2 w1)
 {
-    ll_vec2 w0 = s->at[0].w, w1 = s->at[1].w, edge = ll_sub(w1, w0);
+    ll_vec2 edge = ll_sub(w1, w0);
     double to0 = -ll_dot(w0, edge), to1 = ll_dot(w1, edge);
-    if (to0 <= 0) {
-        s->count = 1;
-    } else if (to1 <= 0) {
-        s->at[0] = s->at[1];
-        s->count = 1;
-    } else {
-        s->at[0].weight = to1 / (to0 + to1);
-        s->at[1].weight = to0 / (to0 + to1);
-        return;
-    }
-    s->at[0].weight = 1;
+    if (to0 <= 0)
+        return (segment_part){.first = 0, .count = 1, .weight = {1}, .p = w0};
+    if (to1 <= 0)
+        return (segment_part){.first = 1, .count = 1, .weight = {1}, .p = w1};
+    segment_part both = {.first = 0, .count = 2, .weight = {to1 / (to0 + to1), to0 / (to0 + to1)}};
+    both.p = ll_madd(ll_scale(both.weight[0], w0), both.weight[1], w1);
+    return both;
 }
 
-/* The same for a triangle: the origin is inside, or the nearest point is on the nearest of its edges. */
-static void reduce_three(simplex *s)
+static inline void take_part(const corner *c0, const corner *c1, const segment_part *part, simplex *out)
 {
-    ll_vec2 w0 = s->at[0].w, w1 = s->at[1].w, w2 = s->at[2].w;
+    out->count = part->count;
+    out->at[0] = part->first == 0 ? *c0 : *c1;
+    out->at[0].weight = part->weight[0];
+    if (part->count == 2) {
+        out->at[1] = *c1;
+        out->at[1].weight = part->weight[1];
+    }
+}
+
+/* Each of these returns the nearest point. */
+static inline ll_vec2 reduce_two(const corner at[2], simplex *out)
+{
+    segment_part part = part_of_segment(at[0].w, at[1].w);
+    take_part(&at[0], &at[1], &part, out);
+    return part.p;
+}
+
+/* Of a triangle: all, if the origin is inside, or the nearest part of its edges. */
+static ll_vec2 reduce_three(const corner at[3], simplex *out)
+{
+    ll_vec2 w0 = at[0].w, w1 = at[1].w, w2 = at[2].w;
     double a0 = ll_cross(w1, w2), a1 = ll_cross(w2, w0), a2 = ll_cross(w0, w1);
     double area = ll_cross(ll_sub(w1, w0), ll_sub(w2, w0));
     if (area != 0 && a0 * area > 0 && a1 * area > 0 && a2 * area > 0) {
-        s->at[0].weight = a0 / (a0 + a1 + a2);
-        s->at[1].weight = a1 / (a0 + a1 + a2);
-        s->at[2].weight = a2 / (a0 + a1 + a2);
-        return;
-    }
-    simplex best = *s;
-    double least = INFINITY;
-    for (int skip = 0; skip < 3; skip++) {
-        simplex edge = {.count = 2};
-        edge.at[0] = s->at[(skip + 1) % 3];
-        edge.at[1] = s->at[(skip + 2) % 3];
-        reduce_two(&edge);
-        ll_vec2 p = ll_scale(edge.at[0].weight, edge.at[0].w);
-        if (edge.count == 2)
-            p = ll_madd(p, edge.at[1].weight, edge.at[1].w);
-        if (ll_dot(p, p) < least) {
-            least = ll_dot(p, p);
-            best = edge;
+        const double weight[3] = {a0 / (a0 + a1 + a2), a1 / (a0 + a1 + a2), a2 / (a0 + a1 + a2)};
+        ll_vec2 p = {0, 0};
+        for (int i = 0; i < 3; i++) {
+            out->at[i] = at[i];
+            out->at[i].weight = weight[i];
+            p = ll_madd(p, weight[i], at[i].w);
         }
+        out->count = 3;
+        return p;
     }
-    *s = best;
-}
-
-static ll_vec2 nearest(const simplex *s)
-{
-    ll_vec2 p = {0, 0};
-    for (int i = 0; i < s->count; i++)
-        p = ll_madd(p, s->at[i].weight, s->at[i].w);
-    return p;
+    int best = 0;
+    segment_part part = part_of_segment(w1, w2), second = part_of_segment(w2, w0),
+                 third = part_of_segment(w0, w1);
+    if (ll_dot(second.p, second.p) < ll_dot(part.p, part.p)) {
+        best = 1;
+        part = second;
+    }
+    if (ll_dot(third.p, third.p) < ll_dot(part.p, part.p)) {
+        best = 2;
+        part = third;
+    }
+    take_part(&at[(best + 1) % 3], &at[(best + 2) % 3], &part, out);
+    return part.p;
 }
 
 static bool holds(const simplex *s, const corner *c)
@@ -101,56 +119,69 @@ static bool holds(const simplex *s, const corner *c)
     return false;
 }
 
+typedef struct walk_end {
+    simplex at; /* count 3: the hulls overlap */
+    ll_vec2 p;  /* its nearest point */
+    int iterations;
+} walk_end;
+
 /* Moves the simplex towards the origin. Each iteration adds a new corner or ends, so their count is bounded
  * by that of the corners. Rounding cannot make it cycle, because a corner must also come nearer to the
  * origin. */
-static simplex walk(const ll_geometry *a, const ll_geometry *b, ll_pose rel, int *iterations)
+static inline void walk(const ll_geometry *a, const ll_geometry *b, ll_pose rel, walk_end *end)
 {
-    simplex s = {.count = 1};
-    s.at[0] = corner_at(a, b, rel, 0, 0);
-    double least = INFINITY;
-    simplex best = s;
-    for (*iterations = 1; *iterations <= 2 * LL_HULL_MAX * LL_HULL_MAX; (*iterations)++) {
-        if (s.count == 2)
-            reduce_two(&s);
-        else if (s.count == 3)
-            reduce_three(&s);
-        ll_vec2 p = nearest(&s);
-        if (s.count == 3)
-            return s;
-        if (ll_dot(p, p) >= least)
-            return best;
-        least = ll_dot(p, p);
-        best = s;
+    simplex next;
+    end->at.count = 1;
+    end->at.at[0] = corner_at(a, b, rel, 0, 0);
+    end->p = end->at.at[0].w;
+    for (end->iterations = 1;;) {
+        double least = ll_dot(end->p, end->p);
         if (least == 0)
-            return s;
-        corner next = corner_at(a, b, rel, support(a, p), support(b, ll_unrotate(rel.q, ll_neg(p))));
-        if (holds(&s, &next))
-            return s;
-        s.at[s.count++] = next;
+            return;
+        simplex *s = &end->at;
+        corner c = corner_at(a, b, rel, support(a, end->p), support(b, ll_unrotate(rel.q, ll_neg(end->p))));
+        if (holds(s, &c) || ++end->iterations > 2 * LL_HULL_MAX * LL_HULL_MAX)
+            return;
+        s->at[s->count] = c;
+        ll_vec2 p = s->count == 1 ? reduce_two(s->at, &next) : reduce_three(s->at, &next);
+        if (next.count < 3 && ll_dot(p, p) >= least)
+            return;
+        *s = next;
+        end->p = p;
+        if (next.count == 3)
+            return;
     }
-    return best;
+}
+
+/* What is found without the points. */
+static inline ll_distance_result distance_of(const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
+                                             ll_pose pose_b, walk_end *end)
+{
+    ll_distance_result result = {0};
+    walk(a, b, ll_pose_between(pose_a, pose_b), end);
+    result.iterations = end->iterations;
+    double length = end->at.count == 3 ? 0 : ll_length(end->p), radii = a->radius + b->radius;
+    if (length > 0)
+        result.normal = ll_rotate(pose_a.q, ll_scale(1 / length, end->p));
+    result.distance = length > radii ? length - radii : 0;
+    return result;
 }
 
 ll_distance_result ll_distance(const ll_geometry *a, ll_pose pose_a, const ll_geometry *b, ll_pose pose_b)
 {
-    ll_distance_result result = {0};
-    simplex s = walk(a, b, ll_pose_between(pose_a, pose_b), &result.iterations);
+    walk_end end;
+    ll_distance_result result = distance_of(a, pose_a, b, pose_b, &end);
     ll_vec2 point_a = {0, 0}, point_b = {0, 0};
-    for (int i = 0; i < s.count; i++) {
-        point_a = ll_madd(point_a, s.at[i].weight, s.at[i].a);
-        point_b = ll_madd(point_b, s.at[i].weight, s.at[i].b);
+    for (int i = 0; i < end.at.count; i++) {
+        point_a = ll_madd(point_a, end.at.at[i].weight, end.at.at[i].a);
+        point_b = ll_madd(point_b, end.at.at[i].weight, end.at.at[i].b);
     }
-    ll_vec2 gap = nearest(&s);
-    double length = s.count == 3 ? 0 : ll_length(gap);
-    double radii = a->radius + b->radius;
+    double length = end.at.count == 3 ? 0 : ll_length(end.p);
     if (length > 0) {
-        ll_vec2 normal = ll_scale(1 / length, gap);
+        ll_vec2 normal = ll_scale(1 / length, end.p);
         point_a = ll_madd(point_a, a->radius, normal);
         point_b = ll_madd(point_b, -b->radius, normal);
-        result.normal = ll_rotate(pose_a.q, normal);
     }
-    result.distance = length > radii ? length - radii : 0;
     result.point_a = ll_to_world(pose_a, point_a);
     result.point_b = ll_to_world(pose_a, point_b);
     return result;
@@ -158,8 +189,31 @@ ll_distance_result ll_distance(const ll_geometry *a, ll_pose pose_a, const ll_ge
 
 ll_pose ll_sweep_at(const ll_sweep *sweep, double t)
 {
-    ll_rot turn = {ll_cos(sweep->turn * t), ll_sin(sweep->turn * t)};
+    double angle = sweep->turn * t;
+    ll_rot turn = angle == 0 ? (ll_rot){1, angle} : (ll_rot){ll_cos(angle), ll_sin(angle)};
     return (ll_pose){ll_madd(sweep->start.p, t, sweep->shift), ll_rot_mul(sweep->start.q, turn)};
+}
+
+/* A support line of a's hull that separates the shapes at the start, with enough room for all of the motion.
+ */
+bool ll_sweeps_stay_apart(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
+                          const ll_sweep *sweep_b, double margin)
+{
+    ll_vec2 at[LL_HULL_MAX], shift = ll_sub(sweep_b->shift, sweep_a->shift);
+    ll_pose rel = ll_pose_between(sweep_a->start, sweep_b->start);
+    double turns = fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
+    double needed = margin + a->radius + b->radius + (turns + ll_length(shift)) / (TOI_ITERATIONS / 2);
+    ll_vec2 local = ll_unrotate(sweep_a->start.q, shift);
+    for (int k = 0; k < b->count; k++)
+        at[k] = ll_to_world(rel, b->vertex[k]);
+    for (int i = 0; i < a->count && a->count > 1; i++) {
+        double nearest = INFINITY, closing = ll_max(turns - ll_dot(a->normal[i], local), 0);
+        for (int k = 0; k < b->count; k++)
+            nearest = ll_min(nearest, ll_dot(a->normal[i], ll_sub(at[k], a->vertex[i])));
+        if (nearest >= needed + closing)
+            return true;
+    }
+    return false;
 }
 
 /* Along the axis of separation, no point of a shape approaches faster than its body's speed along it plus the
@@ -172,9 +226,10 @@ ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, c
         fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
     ll_vec2 shift = ll_sub(sweep_b->shift, sweep_a->shift);
     ll_toi_result touch = {.t = 0};
-    for (touch.iterations = 1; touch.iterations <= 100; touch.iterations++) {
+    walk_end end;
+    for (touch.iterations = 1; touch.iterations <= TOI_ITERATIONS; touch.iterations++) {
         ll_distance_result d =
-            ll_distance(a, ll_sweep_at(sweep_a, touch.t), b, ll_sweep_at(sweep_b, touch.t));
+            distance_of(a, ll_sweep_at(sweep_a, touch.t), b, ll_sweep_at(sweep_b, touch.t), &end);
         if (d.distance <= target + tolerance) {
             touch.hit = touch.iterations > 1;
             touch.t = touch.hit ? touch.t : 1;

@@ -30,3 +30,8 @@ typedef struct ll_toi_result {
 /* First time at which the shapes are `target` apart. No hit, if they are already nearer at the start. */
 ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
                                 const ll_sweep *sweep_b, double target);
+
+/* Whether a cheap bound shows that the shapes stay farther apart than `margin` in all of the motion. Then
+ * ll_time_of_impact with a smaller target has no hit. false: unknown. */
+bool ll_sweeps_stay_apart(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
+                          const ll_sweep *sweep_b, double margin);

@@ -43,8 +43,9 @@ static const ll_body_step *body_step_of(const ll_rigid *w, int32_t body, double 
     return inv_mass > 0 ? &ll_body_steps(w)[body] : &none;
 }
 
-/* All but the gaps: most contacts do not approach, and need no more. */
-static toi_event approach_of(const ll_rigid *w, const ll_contact *c)
+/* All but the gaps: most contacts do not approach, and need no more. Inline, so that a caller computes only
+ * what it reads. */
+static inline __attribute__((always_inline)) toi_event approach_of(const ll_rigid *w, const ll_contact *c)
 {
     const ll_body_sim *ta = &ll_body_sims(w)[c->body[0]], *tb = &ll_body_sims(w)[c->body[1]];
     const ll_body_step *da = body_step_of(w, c->body[0], ta->inv_mass);
@@ -322,7 +323,7 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_team *team, ll_index_list contacts, 
     b.crowded = b.count > crowd;
     if (b.rows != NULL)
         ll_team_run(team, b.count, least, fill_rows, &b);
-    for (int32_t i = 0; i < b.count && b.rows != NULL; i++)
+    for (int32_t i = 0; i < b.count && b.rows != NULL && !b.crowded; i++)
         link_row(w, &b, i);
     return b;
 }
@@ -351,15 +352,13 @@ static void note_hit(ll_rigid *w, ll_bounces *b, int32_t body)
 {
     if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    if (!b->crowded && (ll_body_steps(w)[body].rows & 1) == 0)
+    if ((ll_body_steps(w)[body].rows & 1) == 0)
         list_contacts_of(w, b, body);
     if (b->rows != NULL) {
         for (int32_t e = first_row(&ll_body_steps(w)[body]); e != LL_NONE; e = b->rows[e >> 1].next[e & 1])
             mark(b, e >> 1);
         return;
     }
-    if (b->crowded)
-        return; /* all are marked, and tried once */
     for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
         if (ll_contacts(w)[e >> 1].recycled & LISTED)
             mark(b, ll_contacts(w)[e >> 1].recycled >> PLACE_SHIFT);
@@ -421,15 +420,26 @@ static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
     return met;
 }
 
+/* Tries each once, in the order of the list. */
+static void sweep_crowd(ll_rigid *w, const ll_bounces *b, double h, double reach)
+{
+    for (int32_t i = 0; i < b->count; i++)
+        if (b->rows == NULL || approaches(w, &b->rows[i], h))
+            meet(w, &ll_contacts(w)[b->at[i]], h, reach);
+}
+
 /* A contact that did not approach or meet does not in a later sweep either, unless one of its bodies was hit
  * in between. So the parts of a team may look first at all of them. */
 void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
 {
     enum { least = 8 }; /* words: a row takes about 5 ns */
-    int sweeps = b->crowded ? 1 : most_sweeps;
+    if (b->crowded) {
+        sweep_crowd(w, b, h, reach);
+        return;
+    }
     marking m = {b, h};
     ll_team_run(b->team, (b->count + 31) / 32, least, mark_part, &m);
-    for (int k = 0; k < sweeps && sweep(w, b, h, reach); k++) {
+    for (int k = 0; k < most_sweeps && sweep(w, b, h, reach); k++) {
     }
 }
 

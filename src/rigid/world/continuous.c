@@ -131,12 +131,15 @@ static void consider(const ll_rigid *w, int32_t swept, int32_t obstacle)
     if (!collide_at_all(shape, other) || !may_pass(w, shape->body, other->body, b, moved) ||
         ll_joint_blocks_collision(w, shape->body, other->body))
         return;
-    ll_geometry a = *ll_geometry_of(w, shape, &room_a);
+    const ll_geometry *whole = ll_geometry_of(w, shape, &room_a);
     if (b->kind == LL_SHAPE_CHAIN_SEGMENT &&
-        ll_dot(b->normal[0],
-               ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
+        ll_dot(b->normal[0], ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, whole->centre)),
+                                    b->vertex[0])) < 0)
         return;
     double target = target_of(shape);
+    if (ll_sweeps_stay_apart(b, &sweep_b, whole, &sweep_a, target + 0.1 * LL_LINEAR_SLOP))
+        return;
+    ll_geometry a = *whole;
     if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
         return;
     ll_toi_result touch = ll_time_of_impact(b, &sweep_b, &a, &sweep_a, target);

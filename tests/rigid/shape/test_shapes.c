@@ -229,6 +229,59 @@ static void first_touch_is_the_closed_forms(void **state)
     near(touch.t, 1.0 / 3, 1e-5);
 }
 
+/* Numbers in [0, 1) that do not repeat soon. */
+static double share(int i, int k)
+{
+    return fmod(i * (0.6180339887 + 0.1 * k) + 0.37 * k * k, 1);
+}
+
+static ll_sweep some_sweep(int i, int k)
+{
+    double angle = 6.3 * share(i, k), far = 0.4 + 1.4 * share(i, k + 1), way = 6.3 * share(i, k + 2);
+    ll_sweep sweep = {{{far * cos(way), far * sin(way)}, {cos(angle), sin(angle)}},
+                      {2 * share(i, k + 3) - 1, 2 * share(i, k + 4) - 1},
+                      share(i, k + 5) < 0.3 ? 0 : 3 * share(i, k + 6) - 1.5};
+    return sweep;
+}
+
+/* What the bound of a support line says of random motions is true at every sampled time, and leaves the time
+ * of impact without a hit. */
+static void a_support_line_never_errs(void **state)
+{
+    (void)state;
+    const double target = 0.00125, margin = target + 0.0005;
+    ll_geometry shapes[4];
+    ll_vec2 points[5] = {{-0.6, -0.4}, {0.5, -0.6}, {0.9, 0.1}, {0.2, 0.7}, {-0.7, 0.5}};
+    assert_int_equal(ll_shape_box(1, 0.5, ll_vec(0.1, 0), 0.3, &shapes[0]).code, LL_OK);
+    assert_int_equal(ll_shape_polygon(points, 5, &shapes[1]).code, LL_OK);
+    assert_int_equal(ll_shape_capsule(ll_vec(-0.8, 0), ll_vec(0.4, 0), 0.1, &shapes[2]).code, LL_OK);
+    assert_int_equal(ll_shape_circle(ll_vec(0.2, 0.1), 0.3, &shapes[3]).code, LL_OK);
+    int apart = 0, unknown = 0, hits = 0;
+    for (int i = 0; i < 20000; i++) {
+        const ll_geometry *a = &shapes[i % 3], *b = &shapes[i / 3 % 4];
+        ll_sweep sa = some_sweep(i, 1), sb = some_sweep(i, 9);
+        if (i % 2 == 0)
+            sa = (ll_sweep){.start = sa.start};
+        bool hit = ll_time_of_impact(a, &sa, b, &sb, target).hit;
+        hits += hit;
+        if (!ll_sweeps_stay_apart(a, &sa, b, &sb, margin)) {
+            unknown += !hit;
+            continue;
+        }
+        apart++;
+        assert_false(hit);
+        for (int k = 0; k <= 64; k++) {
+            ll_pose at_a = ll_sweep_at(&sa, k / 64.0), at_b = ll_sweep_at(&sb, k / 64.0);
+            assert_true(ll_distance(a, at_a, b, at_b).distance > margin);
+        }
+    }
+    assert_in_range(apart, 2000, 20000);
+    assert_in_range(hits, 500, 20000);
+    assert_in_range(unknown, 1, 20000);
+    assert_false(ll_sweeps_stay_apart(&shapes[3], &(ll_sweep){home, {0, 0}, 0}, &shapes[3],
+                                      &(ll_sweep){{{9, 9}, {1, 0}}, {0, 0}, 0}, margin)); /* without a side */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -236,6 +289,7 @@ int main(void)
         cmocka_unit_test(bad_shapes_are_told),         cmocka_unit_test(volumes_overestimate_as_they_must),
         cmocka_unit_test(volumes_miss_nothing),        cmocka_unit_test(boxes_enclose_and_extents_reach),
         cmocka_unit_test(gjk_agrees_with_brute_force), cmocka_unit_test(first_touch_is_the_closed_forms),
+        cmocka_unit_test(a_support_line_never_errs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
