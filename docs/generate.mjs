@@ -544,6 +544,20 @@ const RESULTS = [
   },
   { name: 'rigid', title: 'Rigid bodies and other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
   {
+    name: 'rigid/peer',
+    title: 'A step compared with Box2D 3 on the same SIMD: laglab over Box2D 3',
+    by: ['scene'],
+    columns: ['SSE2', 'AVX2'].map((simd) => [
+      `${simd}, median (range)`,
+      'ratio',
+      (group, column) =>
+        spread(
+          group.filter((row) => row.simd === simd),
+          column,
+        ),
+    ]),
+  },
+  {
     name: 'rigid/stability',
     title: 'Hard cases after 10 s: topmost body too low / farthest drift, cm; X: toppled',
     by: ['case'],
