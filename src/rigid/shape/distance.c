@@ -10,7 +10,7 @@ typedef struct corner { /* of the Minkowski difference b - a */
     int index_a, index_b;
 } corner;
 
-/* Corners, and the part of them that is nearest to the origin: the first `count`, with their weights. */
+/* The first `count` corners span the part that is nearest to the origin. */
 typedef struct simplex {
     corner at[3];
     int count;
@@ -120,8 +120,8 @@ static bool holds(const simplex *s, const corner *c)
 }
 
 typedef struct walk_end {
-    simplex at; /* count 3: the hulls overlap */
-    ll_vec2 p;  /* its nearest point */
+    simplex part; /* count 3: the hulls overlap */
+    ll_vec2 p;    /* its nearest point */
     int iterations;
 } walk_end;
 
@@ -131,14 +131,14 @@ typedef struct walk_end {
 static inline void walk(const ll_geometry *a, const ll_geometry *b, ll_pose rel, walk_end *end)
 {
     simplex next;
-    end->at.count = 1;
-    end->at.at[0] = corner_at(a, b, rel, 0, 0);
-    end->p = end->at.at[0].w;
+    end->part.count = 1;
+    end->part.at[0] = corner_at(a, b, rel, 0, 0);
+    end->p = end->part.at[0].w;
     for (end->iterations = 1;;) {
         double least = ll_dot(end->p, end->p);
         if (least == 0)
             return;
-        simplex *s = &end->at;
+        simplex *s = &end->part;
         corner c = corner_at(a, b, rel, support(a, end->p), support(b, ll_unrotate(rel.q, ll_neg(end->p))));
         if (holds(s, &c) || ++end->iterations > 2 * LL_HULL_MAX * LL_HULL_MAX)
             return;
@@ -153,14 +153,14 @@ static inline void walk(const ll_geometry *a, const ll_geometry *b, ll_pose rel,
     }
 }
 
-/* What is found without the points. */
+/* Distance, normal and iterations; ll_distance adds the points. */
 static inline ll_distance_result distance_of(const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
                                              ll_pose pose_b, walk_end *end)
 {
     ll_distance_result result = {0};
     walk(a, b, ll_pose_between(pose_a, pose_b), end);
     result.iterations = end->iterations;
-    double length = end->at.count == 3 ? 0 : ll_length(end->p), radii = a->radius + b->radius;
+    double length = end->part.count == 3 ? 0 : ll_length(end->p), radii = a->radius + b->radius;
     if (length > 0)
         result.normal = ll_rotate(pose_a.q, ll_scale(1 / length, end->p));
     result.distance = length > radii ? length - radii : 0;
@@ -172,11 +172,11 @@ ll_distance_result ll_distance(const ll_geometry *a, ll_pose pose_a, const ll_ge
     walk_end end;
     ll_distance_result result = distance_of(a, pose_a, b, pose_b, &end);
     ll_vec2 point_a = {0, 0}, point_b = {0, 0};
-    for (int i = 0; i < end.at.count; i++) {
-        point_a = ll_madd(point_a, end.at.at[i].weight, end.at.at[i].a);
-        point_b = ll_madd(point_b, end.at.at[i].weight, end.at.at[i].b);
+    for (int i = 0; i < end.part.count; i++) {
+        point_a = ll_madd(point_a, end.part.at[i].weight, end.part.at[i].a);
+        point_b = ll_madd(point_b, end.part.at[i].weight, end.part.at[i].b);
     }
-    double length = end.at.count == 3 ? 0 : ll_length(end.p);
+    double length = end.part.count == 3 ? 0 : ll_length(end.p);
     if (length > 0) {
         ll_vec2 normal = ll_scale(1 / length, end.p);
         point_a = ll_madd(point_a, a->radius, normal);
@@ -189,13 +189,14 @@ ll_distance_result ll_distance(const ll_geometry *a, ll_pose pose_a, const ll_ge
 
 ll_pose ll_sweep_at(const ll_sweep *sweep, double t)
 {
-    double angle = sweep->turn * t;
-    ll_rot turn = angle == 0 ? (ll_rot){1, angle} : (ll_rot){ll_cos(angle), ll_sin(angle)};
+    double angle = sweep->turn * t; /* most obstacles do not turn */
+    ll_rot turn = angle == 0 ? (ll_rot){1, 0} : (ll_rot){ll_cos(angle), ll_sin(angle)};
     return (ll_pose){ll_madd(sweep->start.p, t, sweep->shift), ll_rot_mul(sweep->start.q, turn)};
 }
 
-/* A support line of a's hull that separates the shapes at the start, with enough room for all of the motion.
- */
+/* A side of a's hull that separates the shapes at the start, with enough room for all of the motion. The room
+ * that is added to the margin is a fiftieth of the largest motion: an iteration of ll_time_of_impact then
+ * passes at least a fiftieth of the step, so that it never uses up its iterations. */
 bool ll_sweeps_stay_apart(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
                           const ll_sweep *sweep_b, double margin)
 {

@@ -32,6 +32,6 @@ ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, c
                                 const ll_sweep *sweep_b, double target);
 
 /* Whether a cheap bound shows that the shapes stay farther apart than `margin` in all of the motion. Then
- * ll_time_of_impact with a smaller target has no hit. false: unknown. */
+ * ll_time_of_impact has no hit for a target of at most margin / 1.05. false: unknown. */
 bool ll_sweeps_stay_apart(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
                           const ll_sweep *sweep_b, double margin);

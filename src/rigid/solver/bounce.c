@@ -20,7 +20,7 @@ enum { LISTED = 2, PLACE_SHIFT = 2 };
 enum { most_sweeps = 64, crowd = 1024 };
 
 /* What decides whether a contact approaches: a copy, since the contacts are not in the cache. Rows are in the
- * order of the list, and each movable body has a list of its rows. */
+ * order of the list, and each movable body has a list of its rows, except in a crowd. */
 struct ll_bounce_row {
     ll_vec2 n;
     double na[2], nb[2], fall[2]; /* as in toi_event; an absent second point is as the first */
@@ -423,9 +423,12 @@ static bool sweep(ll_rigid *w, ll_bounces *b, double h, double reach)
 /* Tries each once, in the order of the list. */
 static void sweep_crowd(ll_rigid *w, const ll_bounces *b, double h, double reach)
 {
-    for (int32_t i = 0; i < b->count; i++)
+    for (int32_t i = 0; i < b->count; i++) {
+        if (b->rows == NULL && i + 4 < b->count)
+            ll_prefetch_contact(&ll_contacts(w)[b->at[i + 4]]);
         if (b->rows == NULL || approaches(w, &b->rows[i], h))
             meet(w, &ll_contacts(w)[b->at[i]], h, reach);
+    }
 }
 
 /* A contact that did not approach or meet does not in a later sweep either, unless one of its bodies was hit

@@ -137,7 +137,10 @@ static void consider(const ll_rigid *w, int32_t swept, int32_t obstacle)
                                     b->vertex[0])) < 0)
         return;
     double target = target_of(shape);
-    if (ll_sweeps_stay_apart(b, &sweep_b, whole, &sweep_a, target + 0.1 * LL_LINEAR_SLOP))
+    /* More than the tolerances of set_apart and ll_time_of_impact: both are left out only where they would
+     * not find a hit. */
+    double margin = target + 0.1 * LL_LINEAR_SLOP;
+    if (ll_sweeps_stay_apart(b, &sweep_b, whole, &sweep_a, margin))
         return;
     ll_geometry a = *whole;
     if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
