@@ -38,7 +38,7 @@ int main(int argc, char **argv)
     }
     printf("{\"wall_s\":%.6f,\"cpu_s\":%.6f}\n", now(CLOCK_MONOTONIC) - wall,
            now(CLOCK_PROCESS_CPUTIME_ID) - cpu);
-    free(kept.block);
+    ll_kept_block_free(&kept);
     ll_experiment_free(experiment);
     return 0;
 }
