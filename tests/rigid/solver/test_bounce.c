@@ -6,16 +6,23 @@
 
 enum { side = 12, balls = side * (side + 1) / 2, substeps = 3, row_bytes = 128 };
 
+/* An empty world without gravity and sleep. */
+static ll_rigid *floating(int32_t bodies, size_t *size)
+{
+    ll_rigid_limits limits = small_limits(bodies);
+    ll_rigid_params p = standard_params();
+    p.gravity_y = 0;
+    p.sleep = false;
+    *size = ll_rigid_size(&limits);
+    return world_of(&limits, &p);
+}
+
 /* Balls of three kinds in a triangle, each of which touches its neighbours, and two fast ones at its corners.
  * Of the contacts only those of the fast ones approach at first: the others are listed when an impact reaches
  * them. */
 static ll_rigid *triangle(size_t *size)
 {
-    ll_rigid_limits limits = small_limits(balls + 2);
-    ll_rigid_params p = standard_params();
-    p.gravity_y = 0;
-    p.sleep = false;
-    ll_rigid *w = world_of(&limits, &p);
+    ll_rigid *w = floating(balls + 2, size);
     ll_material m = ll_material_defaults();
     ll_body_def def = ll_body_defaults(LL_BODY_DYNAMIC);
     for (int row = 0; row < side; row++)
@@ -32,7 +39,6 @@ static ll_rigid *triangle(size_t *size)
     def.velocity = ll_vec(-25, 2);
     add_ball(w, def, 0.5, m);
     ok(ll_rigid_step(w, 1e-5, NULL)); /* finds the contacts, and moves nothing far */
-    *size = ll_rigid_size(&limits);
     return w;
 }
 
@@ -40,11 +46,7 @@ static ll_rigid *triangle(size_t *size)
 static ll_rigid *stirred(size_t *size)
 {
     enum { across = 36 };
-    ll_rigid_limits limits = small_limits(across * across);
-    ll_rigid_params p = standard_params();
-    p.gravity_y = 0;
-    p.sleep = false;
-    ll_rigid *w = world_of(&limits, &p);
+    ll_rigid *w = floating(across * across, size);
     ll_material m = ll_material_defaults();
     ll_body_def def = ll_body_defaults(LL_BODY_DYNAMIC);
     for (int i = 0; i < across * across; i++) {
@@ -56,7 +58,6 @@ static ll_rigid *stirred(size_t *size)
         add_ball(w, def, 0.5, m);
     }
     ok(ll_rigid_step(w, 1e-5, NULL));
-    *size = ll_rigid_size(&limits);
     return w;
 }
 
