@@ -24,7 +24,6 @@ export const ROOMS = {
   cluster: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
-  relay: DAEMON,
   page: [...DAEMON, 'www'],
   integrators: ['base', 'ode'],
   ensemble: ['base', 'ode'],

@@ -867,7 +867,6 @@ const READERS = {
   set: '`--set path=value`',
   snapshot: 'a snapshot of the game on its way to a client',
   stream: 'messages of a viewer to a session, acknowledgements too',
-  upstream: 'frames of an owner, at a relay',
 };
 const SANITIZED = { fuzz: 'address, undefined', 'fuzz-plain': 'none' };
 const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en');

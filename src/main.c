@@ -14,8 +14,6 @@ static const struct {
 } verbs[] = {
     {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
      ll_verb_serve},
-    {"relay", "--of URL [--listen ADDRESS:PORT] [--www DIR] ...",
-     "pass the sessions of another daemon on to many viewers", ll_verb_relay},
     {"run",
      "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE] [--trace-of RECORD=FILE]... "
      "[--log FILE] "

@@ -3,7 +3,6 @@
 #pragma once
 
 int ll_verb_serve(int argc, char **argv);
-int ll_verb_relay(int argc, char **argv);
 int ll_verb_run(int argc, char **argv);
 int ll_verb_link_trace(int argc, char **argv);
 int ll_verb_replay(int argc, char **argv);

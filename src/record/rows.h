@@ -62,10 +62,6 @@ bool ll_rows_equal(const ll_rows *a, const ll_rows *b);
  * of a LOG, from the previous row; those of the first from zeros. */
 void ll_rows_encode(const ll_rows *rows, const ll_rows *base, ll_buffer *out);
 
-/* The reverse. LL_BAD_INPUT: the message says what is wrong with the bytes; LL_NO_MEMORY. */
-ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const void *bytes, size_t size,
-                         ll_rows **rows);
-
 /* Appends a JSON array with an object per row: field names, numbers as decoded from the bytes, names of
  * values and of set flags instead of their numbers. Of a LOG the rows numbered from `from` on, each with its
  * number as `id`; of a GRID each with its plane as `values`. */

@@ -187,21 +187,23 @@ static void keep_as_last(const ll_frame *frame, const layout *l, ll_frame_state 
     }
 }
 
-ll_status ll_frame_of_rows(const ll_frame_moment *moment, const ll_record_request *request, uint32_t seq,
-                           ll_frame_state *last, ll_row_set *space, ll_frame **result)
+ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
+                        ll_frame_state *last, ll_row_set *space, ll_frame **result)
 {
     layout l;
+    ll_row_set_clear(space);
+    ll_session_fill(s, request, space);
     lay_out(&l, request, last, space);
     ll_frame *frame = space->failed ? NULL : malloc(l.size);
     if (frame == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: frame");
     *frame = (ll_frame){.seq = seq,
-                        .generation = moment->generation,
+                        .generation = s->generation,
                         .channels = request->channels,
                         .anew = request->anew,
-                        .flags = moment->flags,
-                        .tick = moment->tick,
-                        .time_s = moment->time_s,
+                        .flags = flags_of(s),
+                        .tick = s->tick,
+                        .time_s = ll_to_s(ll_tick_time(s->tick, s->freq)),
                         .count = space->count,
                         .size = (uint32_t)l.size};
     atomic_init(&frame->references, 1);
@@ -220,18 +222,6 @@ ll_status ll_frame_of_rows(const ll_frame_moment *moment, const ll_record_reques
     keep_as_last(frame, &l, last);
     *result = frame;
     return ll_ok();
-}
-
-ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
-                        ll_frame_state *last, ll_row_set *space, ll_frame **result)
-{
-    ll_row_set_clear(space);
-    ll_session_fill(s, request, space);
-    ll_frame_moment moment = {.generation = s->generation,
-                              .flags = flags_of(s),
-                              .tick = s->tick,
-                              .time_s = ll_to_s(ll_tick_time(s->tick, s->freq))};
-    return ll_frame_of_rows(&moment, request, seq, last, space, result);
 }
 
 /* ---- writing ---- */

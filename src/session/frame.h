@@ -70,24 +70,11 @@ typedef struct ll_frame_state {
 
 void ll_frame_state_clear(ll_frame_state *state);
 
-/* What a frame has but rows. */
-typedef struct ll_frame_moment {
-    uint32_t generation;
-    uint8_t flags;
-    int64_t tick;
-    double time_s;
-} ll_frame_moment;
-
-/* Makes a frame of the rows in `space`, with one reference. `last` as of ll_frame_take. LL_NO_MEMORY. */
-ll_status ll_frame_of_rows(const ll_frame_moment *moment, const ll_record_request *request, uint32_t seq,
-                           ll_frame_state *last, ll_row_set *space, ll_frame **frame);
-
 /* Takes the frame of the present tick, with one reference. `last` is what was taken before, and is updated:
  * sections with equal rows are shared. Clear it when time has jumped. Where `request->deltas` is set, a small
  * section is encoded here, next to the rows that it is compared with: another thread would read both from
- * memory. `space` is memory for this call, which
- * the frames of any sessions may use in turn. The session must be awake, and does not change.
- * LL_NO_MEMORY. */
+ * memory. `space` is memory for this call, which the frames of any sessions may use in turn. The session must
+ * be awake, and does not change. LL_NO_MEMORY. */
 ll_status ll_frame_take(const ll_session *session, const ll_record_request *request, uint32_t seq,
                         ll_frame_state *last, ll_row_set *space, ll_frame **frame);
 void ll_frame_retain(ll_frame *frame);

@@ -12,14 +12,13 @@ const START_MS = 10000,
 
 /**
  * `listen` defaults to a free port of 127.0.0.1, `data` to a folder of the daemon's own that goes with it; `before` is put in front of the
- * command (`ip netns exec NAME`). With `of`, the URL of another daemon, it is a relay.
- * @param {{listen?: string, data?: string, args?: string[], before?: string[], of?: string}} [wish]
+ * command (`ip netns exec NAME`).
+ * @param {{listen?: string, data?: string, args?: string[], before?: string[]}} [wish]
  */
 export async function startDaemon(wish = {}) {
-  const own = wish.data === undefined && wish.of === undefined;
-  const data = wish.data ?? (own ? mkdtempSync(path.join(tmpdir(), 'laglab-test-')) : '');
-  const verb = wish.of === undefined ? ['serve', '--data', data] : ['relay', '--of', wish.of];
-  const command = [...(wish.before ?? []), BINARY, ...verb, '--listen', wish.listen ?? '127.0.0.1:0', ...(wish.args ?? [])];
+  const own = wish.data === undefined;
+  const data = wish.data ?? mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
+  const command = [...(wish.before ?? []), BINARY, 'serve', '--data', data, '--listen', wish.listen ?? '127.0.0.1:0', ...(wish.args ?? [])];
   const child = spawn(command[0], command.slice(1), { cwd: ROOT, stdio: ['ignore', 'pipe', 'pipe'] });
   const die = () => child.kill('SIGKILL'); // with who started it, also where that failed
   process.once('exit', die);

@@ -1,4 +1,4 @@
-/* Encoding and decoding of rows: sequences of sections of every form, invalid bytes, and extreme numbers.
+/* Encoding and decoding of rows: sequences of sections of every form, and extreme numbers.
  * With the argument `vectors` it prints such sequences for other decoders (tests/page/records.test.mjs). */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "record/sample.h"
+#include "support/decode.h"
 
 enum { CHAIN = 400 };
 
@@ -131,42 +132,6 @@ static void unchanged_rows_cost_few_bytes(void **state)
     }
 }
 
-/* Any bytes are decoded completely or refused; a truncated section is always refused. */
-static void faults_are_refused(void **state)
-{
-    (void)state;
-    for (int r = 0; r < SAMPLES; r++) {
-        draw d = {(uint64_t)r + 60, 0};
-        ll_rows *base = draw_rows(&d, &samples[r], NULL);
-        for (int i = 0; i < 60; i++) {
-            ll_buffer bytes = {0};
-            ll_rows *rows = draw_rows(&d, &samples[r], base), *seen = NULL;
-            ll_rows_encode(rows, base, &bytes);
-            for (size_t n = 0; n < bytes.size; n++)
-                assert_int_equal(ll_rows_decode(&samples[r], base, bytes.bytes, n, &seen).code, LL_BAD_INPUT);
-            for (int k = 0; k < 200; k++) {
-                size_t at = draw_below(&d, bytes.size);
-                char was = bytes.bytes[at];
-                bytes.bytes[at] = (char)draw_below(&d, 256);
-                ll_status status = ll_rows_decode(&samples[r], base, bytes.bytes, bytes.size, &seen);
-                if (!ll_failed(&status))
-                    ll_rows_free(seen);
-                bytes.bytes[at] = was;
-            }
-            free(bytes.bytes);
-            ll_rows_free(rows);
-        }
-        ll_rows_free(base);
-    }
-    const uint8_t nine[] = {255, 255, 255, 255, 255, 255, 255, 255, 1}, many[] = {255, 255, 255, 255, 15, 0};
-    /* One row whose first field is 2^51: above what any integer may be. */
-    const uint8_t large[] = {1, 1, 0, 1, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 8};
-    ll_rows *seen = NULL;
-    assert_int_equal(ll_rows_decode(&samples[0], NULL, large, sizeof large, &seen).code, LL_BAD_INPUT);
-    assert_int_equal(ll_rows_decode(&samples[1], NULL, nine, sizeof nine, &seen).code, LL_BAD_INPUT);
-    assert_int_equal(ll_rows_decode(&samples[1], NULL, many, sizeof many, &seen).code, LL_BAD_INPUT);
-}
-
 static void an_older_table_reads_the_fields_that_it_knows(void **state)
 {
     (void)state;
@@ -261,7 +226,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_float_survives_in_23_bits),
         cmocka_unit_test(chains_come_out_as_they_went_in),
         cmocka_unit_test(unchanged_rows_cost_few_bytes),
-        cmocka_unit_test(faults_are_refused),
         cmocka_unit_test(an_older_table_reads_the_fields_that_it_knows),
         cmocka_unit_test(json_names_each_field),
     };

@@ -8,6 +8,7 @@
 #include "base/rng.h"
 #include "library/library.h"
 #include "session/frame.h"
+#include "support/decode.h"
 
 /* ---- a viewer: the sender's state of it, and the rows that it decodes ---- */
 

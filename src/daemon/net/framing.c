@@ -89,8 +89,8 @@ static const char *first_bytes_error(const ll_framing *f)
         return "reserved bit set; no extension was negotiated";
     if (opcode > LL_OPCODE_PONG || (opcode > LL_OPCODE_BINARY && opcode < LL_OPCODE_CLOSE))
         return "reserved opcode";
-    if (((f->head[1] & 0x80) != 0) == f->of_server)
-        return f->of_server ? "server frame masked" : "client frame not masked";
+    if ((f->head[1] & 0x80) == 0)
+        return "client frame not masked";
     if (is_control(opcode) && (!is_final(f) || length > LL_FRAMING_CONTROL_MAX))
         return "control frame fragmented or longer than 125 bytes";
     if (opcode == LL_OPCODE_CONTINUATION && f->message == 0)
@@ -108,7 +108,7 @@ static int length_bytes(const ll_framing *f)
 
 static int head_bytes(const ll_framing *f)
 {
-    return 2 + length_bytes(f) + (f->of_server ? 0 : 4);
+    return 2 + length_bytes(f) + 4;
 }
 
 /* Called when the head is complete. */
@@ -176,7 +176,7 @@ static ll_framing_event take_payload(ll_framing *f, unsigned char *bytes, size_t
 {
     const unsigned char *mask = f->head + 2 + length_bytes(f);
     size_t taken = f->left < size ? (size_t)f->left : size;
-    for (size_t i = 0; i < taken && !f->of_server; i++)
+    for (size_t i = 0; i < taken; i++)
         bytes[i] ^= mask[f->masked++ & 3];
     *used += taken;
     f->left -= taken;
@@ -231,18 +231,6 @@ size_t ll_framing_put_head(unsigned char *payload, size_t size, ll_opcode opcode
     for (int i = 0; i < bytes; i++)
         head[2 + i] = (unsigned char)((uint64_t)size >> 8 * (bytes - 1 - i));
     return (size_t)(2 + bytes);
-}
-
-size_t ll_framing_put_masked(unsigned char *payload, size_t size, ll_opcode opcode,
-                             const unsigned char mask[4])
-{
-    enum { MASK = 4 };
-    size_t head = ll_framing_put_head(payload - MASK, size, opcode);
-    payload[1 - MASK - (ptrdiff_t)head] |= 0x80;
-    memcpy(payload - MASK, mask, MASK);
-    for (size_t i = 0; i < size; i++)
-        payload[i] ^= mask[i & 3];
-    return head + MASK;
 }
 
 bool ll_framing_accept(const char *key, char accept[29])

@@ -1,4 +1,4 @@
-/* WebSocket framing (RFC 6455) for a server, and for a client of one: pure functions, no sockets.
+/* WebSocket framing (RFC 6455) for a server: pure functions, no sockets.
  *
  * A reader gets bytes in pieces of any size and returns events. Anything that the RFC forbids, such as an
  * unmasked frame of a client, is a fault: nothing after it can be read, and the connection ends with the
@@ -41,7 +41,6 @@ typedef struct ll_framing {
     ll_opcode message;      /* opcode of the open message; 0: none */
     uint8_t utf8_left, utf8_low, utf8_high;
     bool broken;
-    bool of_server; /* set by the owner before the first byte: reads the frames of a server, without masks */
 
     /* data of the last event */
     const unsigned char *bytes; /* payload of a piece, or of a control frame */
@@ -56,10 +55,6 @@ ll_framing_event ll_framing_read(ll_framing *framing, unsigned char *bytes, size
 
 /* Writes the head of an unmasked, unfragmented frame before `payload`; returns its size. */
 size_t ll_framing_put_head(unsigned char *payload, size_t size, ll_opcode opcode);
-
-/* The same for a client: masks the payload too. */
-size_t ll_framing_put_masked(unsigned char *payload, size_t size, ll_opcode opcode,
-                             const unsigned char mask[4]);
 
 bool ll_framing_is_code(int code); /* whether a close frame may have this code */
 

@@ -99,28 +99,6 @@ void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool w
     request->deltas = atomic_load_explicit(&stream->binary_viewers, memory_order_relaxed) > 0;
 }
 
-static uint8_t divisor_of_both(uint8_t a, uint8_t b)
-{
-    while (b != 0) {
-        uint8_t rest = (uint8_t)(a % b);
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
-ll_ws_subscription ll_ws_rates(const ll_ws_stream *stream)
-{
-    ll_ws_subscription together = {{0}};
-    for (int c = 0; c < LL_CHANNELS; c++) {
-        unsigned long long every = atomic_load_explicit(&stream->every[c], memory_order_relaxed);
-        for (uint8_t n = 1; n <= LL_FRAME_HZ; n++) {
-            together.every[c] = every >> n & 1 ? divisor_of_both(together.every[c], n) : together.every[c];
-        }
-    }
-    return together;
-}
-
 void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
 {
     ws_thread *thread = stream->thread;

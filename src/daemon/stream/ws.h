@@ -126,9 +126,6 @@ typedef struct ll_ws_subscription {
     uint8_t every[LL_CHANNELS];
 } ll_ws_subscription;
 
-/* What all viewers together need: of each channel a rate that contains all of theirs. Any thread. */
-ll_ws_subscription ll_ws_rates(const ll_ws_stream *stream);
-
 /* Replaces its subscription; without channels it gets no frames. */
 void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription);
 

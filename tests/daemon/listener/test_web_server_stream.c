@@ -441,7 +441,7 @@ static void test_kept_refusals(void **state)
     }
 }
 
-/* The request, the upgrade and the first message in one segment: no byte is lost in the relay. */
+/* The request, the upgrade and the first message in one segment: no byte is lost on the way. */
 static void test_all_at_once(void **state)
 {
     (void)state;
@@ -509,7 +509,7 @@ static void test_slower_rate(void **state)
     close(fd);
 }
 
-/* All viewers, direct and relayed, get a message when the daemon stops. */
+/* All viewers, on connections of their own and on kept ones, get a message when the daemon stops. */
 static void test_drain(void **state)
 {
     (void)state;

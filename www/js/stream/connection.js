@@ -88,8 +88,6 @@ export class Stream {
       this.on.state('open', 0);
     } else if (message.type === 'rate') {
       this.on.pace(Number(message.divisor));
-    } else if (message.type === 'owner') {
-      this.on.state(message.connected ? 'open' : 'lost', message.connected ? 0 : 1); /* of a relay, which itself is there */
     } else if (message.type === 'error') {
       this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
     }

@@ -1,9 +1,7 @@
-/* The counterpart of encode.c, for relays, tests, fuzzing and benchmarks: works like a decoder in any other
- * language, and validates all input. */
+#include "support/decode.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-#include "record/rows.h"
 
 enum { ROWS_BYTES_MAX = 16 << 20 };
 

@@ -1,0 +1,8 @@
+/* The counterpart of ll_rows_encode, as a viewer in any other language has one. */
+#pragma once
+
+#include "record/rows.h"
+
+/* LL_BAD_INPUT: the message says what is wrong with the bytes; LL_NO_MEMORY. */
+ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const void *bytes, size_t size,
+                         ll_rows **rows);
