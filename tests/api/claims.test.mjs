@@ -111,29 +111,6 @@ test('relay or mesh: without the wait rollbacks are shorter, and no client stall
   assert.ok(up[1].every((value, i) => value < 1.2 * up[0][i]) && down[1].every((value, i) => value > 2 * down[0][i]), `${up} and ${down}`);
 });
 
-test('a host leaves: an announcement saves the time-out and what it computed last', () => {
-  const rows = points('host_migration');
-  const of = (/** @type {string} */ leaving, /** @type {string} */ election, /** @type {string} */ metric) =>
-    along(rows, { 'hosting.leaving': leaving, 'hosting.election': election }, metric);
-  for (const [election, next] of /** @type {[string, number][]} */ ([
-    ['lowest_index', 1],
-    ['best_connection', 2],
-  ])) {
-    for (const leaving of ['silent', 'announced']) assert.ok(of(leaving, election, 'hosting.host').every((host) => host === next));
-    for (const metric of ['hosting.without_s', 'players.1.hosting.without_s', 'players.3.hosting.without_s']) {
-      const [waits, told] = [of('silent', election, metric), of('announced', election, metric)];
-      assert.ok(
-        waits.every((value, i) => value > told[i] + 0.8 && told[i] > 0.05),
-        `${metric}: ${waits} and ${told}`,
-      );
-    }
-    const lost = of('silent', election, 'hosting.lost_ticks');
-    assert.ok(rises([...lost].reverse()) && lost[0] > lost[2] && lost[2] > 0, String(lost));
-    assert.ok(of('announced', election, 'hosting.lost_ticks').every((value) => value === 0));
-    assert.ok(of('announced', election, 'players.3.hosting.set_back_m').every((value) => value === 0));
-  }
-});
-
 test('policies of lag compensation: the shooter bears the lag, its victims, or both by its amount', () => {
   const rows = points('lag_policies');
   const of = (/** @type {string} */ policy, /** @type {string} */ metric) =>

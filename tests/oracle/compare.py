@@ -8,7 +8,6 @@ import tempfile
 from pathlib import Path
 
 from gambetta import DemoSimulation
-from hosts import HostedSimulation
 from metrics import at_path, distributions, numbers, server_numbers
 from peers import PeerSimulation
 from simulation import Simulation
@@ -46,8 +45,7 @@ def laglab_says(laglab, scenario):
 def differences(laglab, filler, scenario):
     """(columns compared, numbers compared, list of differences), the first tick first."""
     told, rows = laglab_says(laglab, scenario)
-    hosted = scenario.get("hosting", {}).get("by_player")
-    kind = HostedSimulation if hosted else SIMULATIONS.get(scenario["server"]["sync"], Simulation)
+    kind = SIMULATIONS.get(scenario["server"]["sync"], Simulation)
     sim = kind(filler.fill(scenario)).run()
     out = []
     if len(rows) != len(sim.rows):
@@ -80,10 +78,6 @@ def differences(laglab, filler, scenario):
             same = close(theirs, value) if off is None or value is None else abs(theirs - value) <= off * (1 + 1e-9) + 1e-9
             if not same:
                 out.append(f"spectator {i}: {path} {theirs}, oracle {value}")
-    for path, value in sim.hosting_numbers() if hosted else ():
-        count += 1
-        if not close(told["metrics"]["hosting"][path], value):
-            out.append(f"hosting: {path} {told['metrics']['hosting'][path]}, oracle {value}")
     for path, value in [*server_numbers(sim), *sim.server_numbers()]:
         count += 1
         if not close(at_path(told["metrics"]["server"], path), value):

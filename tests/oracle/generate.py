@@ -93,8 +93,6 @@ def scenario(r, kind):
 
 
 def kind_of(given):
-    if "hosting" in given:
-        return "hosts"
     if "reckoning" in given:
         return "reckoning"
     if "transport" in given["server"]:
@@ -179,18 +177,6 @@ def transport(kind):
     return enrich
 
 
-def hosts(r, given):
-    """The server is on a player's machine, and some hosts leave."""
-    given["duration_s"] = r.choice([8, 12])
-    given["server"]["timeout_s"] = r.choice([1, 1, 1.3, 2])
-    while len(given["players"]) < 3 or (len(given["players"]) < 6 and r.random() < 0.4):
-        given["players"].append(player(r, "free", r.random() < 0.3, given["tick_hz"]))
-    given["hosting"] = {
-        "by_player": True, "host": r.randrange(len(given["players"])), "leaves_s": r.choice([0, 2, 2.95, 3.333]), "every_s": r.choice([0, 0, 2.5, 4]),
-        "leaving": r.choice(["silent", "announced"]), "election": r.choice(["lowest_index", "newest_state", "best_connection"]),
-        "patience_s": r.choice([0.5, 1, 2, 2]), "meanwhile": r.choice(["pause", "pause", "run_on"])}
-
-
 def marks(r, given):
     """Some links mark what they would drop."""
     given["profiles"] = [{"ecn": True}]
@@ -201,7 +187,7 @@ def marks(r, given):
             link[way].setdefault("loss_pct", 5)
 
 
-MORE = {"hosts": hosts, "reckoning": reckoning, "partial": partial, "tcp": transport("tcp"), "quic": transport("quic"), "webrtc": transport("webrtc")}
+MORE = {"reckoning": reckoning, "partial": partial, "tcp": transport("tcp"), "quic": transport("quic"), "webrtc": transport("webrtc")}
 KINDS = (*SYNCS, *MORE)
 
 

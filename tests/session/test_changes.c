@@ -302,43 +302,6 @@ static void a_restart_has_the_layout_of_its_parameters(void **state)
     free(log.text);
 }
 
-/* Players lose the first host before the game begins: no other one is elected as long as it hosts. */
-static void a_host_is_not_replaced_before_the_game(void **state)
-{
-    (void)state;
-    growing log = {0};
-    ll_session *s = open_library("host_migration", &log);
-    patch_text(s, "{\"server.timeout_s\":1,\"players.0.link.up.corrupt_pct\":60,\"players.0.link.down."
-                  "corrupt_pct\":60}");
-    for (int i = 0; i < 20; i++) {
-        control_text(s, "{\"op\":\"restart\"}");
-        must(ll_session_run_to(s, 300));
-        assert_log_gives(&log, s);
-        char text[64];
-        snprintf(text, sizeof text, "{\"players.0.link.up.corrupt_pct\":%d}", 62 + i);
-        patch_text(s, text);
-    }
-    ll_session_destroy(s);
-    free(log.text);
-}
-
-/* A shorter time-out holds for what a host was promised before too. */
-static void a_shorter_timeout_ends_leases(void **state)
-{
-    (void)state;
-    growing log = {0};
-    ll_session *s = open_library("host_migration", &log);
-    patch_text(s, "{\"server.timeout_s\":30}");
-    must(ll_session_run_to(s, 100));
-    patch_text(
-        s,
-        "{\"server.timeout_s\":1,\"players.0.link.up.loss_pct\":100,\"players.0.link.down.loss_pct\":100}");
-    must(ll_session_run_to(s, 500));
-    assert_log_gives(&log, s);
-    ll_session_destroy(s);
-    free(log.text);
-}
-
 /* A device that is read once in an age: the wait was more ns than an integer has. */
 static void a_device_may_be_read_hardly_ever(void **state)
 {
@@ -358,8 +321,6 @@ int main(void)
         cmocka_unit_test(changes_at_random),
         cmocka_unit_test(another_layout_is_refused),
         cmocka_unit_test(a_restart_has_the_layout_of_its_parameters),
-        cmocka_unit_test(a_host_is_not_replaced_before_the_game),
-        cmocka_unit_test(a_shorter_timeout_ends_leases),
         cmocka_unit_test(a_device_may_be_read_hardly_ever),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2631,52 +2631,6 @@ export interface components {
              */
             behind_ticks?: number;
         };
-        /** @description A server on the machine of a player, who may leave. */
-        hosting: {
-            /**
-             * @description The server, or the relay of the peer-to-peer syncs, runs on a player's machine: a listen server. That player has no lag; a message of another one takes both players' links.
-             * @default false
-             */
-            by_player?: boolean;
-            /**
-             * @description With by_player, the index of the player who hosts at first.
-             * @default 0
-             */
-            host?: number;
-            /**
-             * @description When the host leaves for good. 0: it does not.
-             * @default 0
-             */
-            leaves_s?: number;
-            /**
-             * @description How long each later host hosts before it leaves too. 0: it does not leave.
-             * @default 0
-             */
-            every_s?: number;
-            /**
-             * @description How a host leaves. silent: it crashes, and the others notice after timeout_s. announced: it sends its last world to all others, who look for the next host at once.
-             * @default silent
-             * @enum {string}
-             */
-            leaving?: "silent" | "announced";
-            /**
-             * @description Whom a player wants as the next host. lowest_index: the first of the others. newest_state: who has the newest state. best_connection: who had the shortest round trip to the host that left. For the last two, players first report these to each other.
-             * @default lowest_index
-             * @enum {string}
-             */
-            election?: "lowest_index" | "newest_state" | "best_connection";
-            /**
-             * @description How long a player asks the same one to host before it asks the next.
-             * @default 2
-             */
-            patience_s?: number;
-            /**
-             * @description With free, what the next host does with the time since its newest state. pause: the world stands still in it. run_on: it makes those steps at once, and each player holds its last known controls.
-             * @default pause
-             * @enum {string}
-             */
-            meanwhile?: "pause" | "run_on";
-        };
         /** @description Validation of the positions that clients report. */
         reports: {
             /**
@@ -4703,8 +4657,6 @@ export interface components {
             peers?: components["schemas"]["peers"];
             /** @description Who watches a game with deterministic or rollback without taking part. */
             spectators?: components["schemas"]["spectator"][];
-            /** @description A server on the machine of a player, who may leave: host migration. */
-            hosting?: components["schemas"]["hosting"];
             /** @description Validation of the positions that clients report. */
             reports?: components["schemas"]["reports"];
             /** @description A queue in each direction that the players share, with cross traffic. */

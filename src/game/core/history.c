@@ -37,12 +37,6 @@ void ll_history_add(ll_history *history, ll_time time, const ll_world *world)
         r->at[i] = (place){world->entity[i].x, world->entity[i].y};
 }
 
-void ll_history_rewind(ll_history *history, int64_t count)
-{
-    if (count < history->count)
-        history->count = count;
-}
-
 static int64_t oldest_record(const ll_history *history)
 {
     return history->count > LL_HISTORY_STEPS ? history->count - LL_HISTORY_STEPS : 0;

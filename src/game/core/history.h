@@ -28,9 +28,6 @@ size_t ll_history_size(int entities);
 void ll_history_init(ll_history *history, int entities);
 void ll_history_add(ll_history *history, ll_time time, const ll_world *world);
 
-/* Forgets the records after the first `count`. */
-void ll_history_rewind(ll_history *history, int64_t count);
-
 /* A time within a history, as records to interpolate, for all entities at once. */
 typedef struct ll_moment {
     int64_t before, after; /* records around it; equal at the ends */

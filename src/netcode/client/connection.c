@@ -86,7 +86,7 @@ ll_time ll_connection_due(const ll_client *c, const ll_client_setup *s)
     return asks < ends ? asks : ends;
 }
 
-void ll_connection_end(ll_client *c, const ll_client_setup *s, ll_time now)
+static void end(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
     n->attempt++;
@@ -105,7 +105,7 @@ static void end_by_silence(ll_client *c, const ll_client_setup *s, ll_time now)
         return;
     }
     n->time_outs++;
-    ll_connection_end(c, s, now);
+    end(c, s, now);
 }
 
 __attribute__((noinline)) int ll_connection_poll(ll_client *c, const ll_client_setup *s, ll_time now,
@@ -176,7 +176,7 @@ static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
         n->asks = now; /* asks again, acknowledging this answer */
         return;
     }
-    ll_connection_end(c, s, now);
+    end(c, s, now);
 }
 
 /* Whether the server, which answers with `epoch`, has dropped the player or accepted it again without the

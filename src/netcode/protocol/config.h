@@ -68,7 +68,6 @@ typedef enum ll_peers_choice {
     LL_PEERS_PACE = LL_PEERS_STRETCH | LL_PEERS_ADAPT, /* leads are reported by fractions of a tick */
     LL_PEERS_OF_CLIENTS = 7,                           /* all of these, for which a client keeps more */
     LL_PEERS_WATCHED = 8,                              /* there are spectators */
-    LL_PEERS_HOSTED = 16,                              /* the server is on a player's machine */
 } ll_peers_choice;
 
 #define LL_ADAPTIVE_DELAY_MAX 8 /* ticks */
@@ -119,24 +118,6 @@ typedef struct ll_spectator_params {
     int64_t buffer_ticks, behind_ticks;
 } ll_spectator_params;
 
-/* How a host leaves: without a word, or with the world that the next one goes on from. */
-typedef enum ll_leaving { LL_LEAVING_SILENT, LL_LEAVING_ANNOUNCED } ll_leaving;
-
-/* What becomes of the time in which no one hosts: the world stands still, or the next host makes up for it.
- */
-typedef enum ll_hostless { LL_HOSTLESS_PAUSE, LL_HOSTLESS_RUN_ON } ll_hostless;
-
-/* Of a game whose server runs on the machine of a player. A block has them by themselves, and only then. */
-typedef struct ll_hosting_params {
-    int64_t host;                         /* the first player who hosts */
-    double leaves_s, every_s, patience_s; /* leaves_s 0: it does not leave; every_s 0: none after it does */
-    int32_t leaving;                      /* ll_leaving */
-    int32_t election;                     /* index into ll_elections */
-    int32_t meanwhile;                    /* ll_hostless */
-    bool by_player;                       /* false: the server is on a machine of its own */
-    uint8_t reserved[3];
-} ll_hosting_params;
-
 typedef struct ll_player_config {
     char name[LL_NAME_MAX + 4];
     int32_t authority; /* ll_authority */
@@ -168,7 +149,6 @@ extern const ll_policy_params ll_policy_defaults; /* those of its rows */
 extern const ll_param_table ll_reckoning_table;   /* of ll_reckoning_params */
 extern const ll_param_table ll_peers_table;       /* of ll_peers_params */
 extern const ll_param_table ll_spectator_table;   /* of ll_spectator_params */
-extern const ll_param_table ll_hosting_table;     /* of ll_hosting_params */
 extern const ll_param_table ll_link_pair_table;
 
 /* The ll_peers_choice bits of these parameters. */

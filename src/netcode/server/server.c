@@ -111,26 +111,6 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     }
 }
 
-void ll_server_resume(ll_server *server, int64_t step, ll_time now)
-{
-    const ll_clock clock = server->clock, updates = server->updates;
-    const ll_time next_check = server->next_check;
-    server->step = step;
-    ll_server_start(server, clock.freq, updates.freq, server->client_freq, now);
-    server->clock = clock;
-    server->updates = updates;
-    server->update = ll_tick_at(now - updates.epoch, updates.freq);
-    while (ll_clock_time(&updates, server->update) < now)
-        server->update++;
-    server->next_check = next_check;
-    for (int i = 0; i < server->players; i++) {
-        ll_slot_connection *connection = &server->client_slots[i].connection;
-        connection->connected = 0;
-        connection->attempt = 0;
-        connection->seen = connection->last_ack = connection->last_sent = now;
-    }
-}
-
 /* Whether an input is new: `false` if it arrived before. */
 static bool is_new(const ll_slot_inputs *inputs, int64_t tick)
 {

@@ -203,10 +203,6 @@ static inline uint16_t ll_server_next_epoch(const ll_server *server)
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
                      ll_time now);
 
-/* Another machine goes on with the clocks, from `step` on, whose world the caller fills in. It knows of no
- * player but that it exists: all have to connect again. */
-void ll_server_resume(ll_server *server, int64_t step, ll_time now);
-
 /* Forgets all received inputs. */
 void ll_client_slot_clear(ll_client_slot *client_slot);
 

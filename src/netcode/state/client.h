@@ -198,9 +198,6 @@ ll_time ll_connection_due(const ll_client *client, const ll_client_setup *setup)
  * Returns its size, 0 if there is none. */
 int ll_connection_poll(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
-/* Gives the connection up; the client asks to be let in again at once. */
-void ll_connection_end(ll_client *client, const ll_client_setup *setup, ll_time now);
-
 /* A packet of the server has arrived. False: it belongs to the game, not to the connection. */
 bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
                            ll_time now);

@@ -84,11 +84,6 @@ static const ll_param rows[] = {
      .count_offset = offsetof(ll_netgame_config, spectator_count),
      .live = true,
      .help = "Who watches a game with deterministic or rollback without taking part."},
-    {.name = "hosting",
-     .type = LL_PARAM_OBJECT,
-     .offset = offsetof(ll_netgame_config, hosting),
-     .child = &ll_hosting_table,
-     .help = "A server on the machine of a player, who may leave: host migration."},
     {.name = "reports",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_netgame_config, reports),
@@ -214,55 +209,6 @@ static ll_status check_spectators(const ll_netgame_config *c)
     return ll_ok();
 }
 
-/* What a game must be like whose server is on a player's machine. */
-typedef struct host_need {
-    bool met;
-    const char *sentence;
-} host_need;
-
-#define MUST "hosting.by_player: must be false "
-
-static bool plays_out(const ll_netgame_config *c)
-{
-    for (int i = 0; i < c->player_count; i++)
-        if (c->players[i].dejitter != LL_DEJITTER_NONE)
-            return true;
-    return false;
-}
-
-static ll_status check_hosting(const ll_netgame_config *c)
-{
-    const ll_sync_mode *sync = ll_syncs[c->server.sync];
-    if (!c->hosting.by_player)
-        return ll_ok();
-    const host_need needs[] = {
-        {c->player_count >= 3,
-         MUST "with fewer than 3 players: without the host no majority is left; got true"},
-        {c->player_count <= LL_PEERS_MAX, MUST "with more than 16 players; got true"},
-        {sync == &ll_sync_free || sync->observe,
-         MUST "unless server.sync is free, deterministic or rollback; got true"},
-        {ll_transport_plain(c->server.transport), MUST "unless server.transport is udp; got true"},
-        {c->peers.topology == LL_TOPOLOGY_RELAY, MUST "unless peers.topology is relay; got true"},
-        {c->spectator_count == 0, MUST "with spectators; got true"},
-        {c->reckoning.model == 0, MUST "unless reckoning.model is none; got true"},
-        {!ll_codecs[c->server.snapshot]->selects,
-         MUST "unless server.snapshot_encoding is full, quantised or delta; got true"},
-        {!ll_netgame_config_reports(c), MUST "unless every player has the authority controls; got true"},
-        {!c->server.detection, MUST "unless server.detection is false; got true"},
-        {c->bottleneck.rate_kbps <= 0, MUST "unless bottleneck.rate_kbps is 0; got true"},
-        {!plays_out(c), MUST "unless every player has the dejitter none; got true"},
-        {!ll_games[c->game]->weapons, MUST "in a game with weapons; got true"},
-        {c->server.timeout_s >= 1, MUST "unless server.timeout_s is at least 1; got true"},
-    };
-    for (size_t i = 0; i < sizeof needs / sizeof needs[0]; i++)
-        if (!needs[i].met)
-            return ll_field_error(LL_BAD_INPUT, "hosting.by_player", "%s", needs[i].sentence);
-    if (c->hosting.host >= c->player_count)
-        return ll_field_error(LL_BAD_INPUT, "hosting.host", "hosting.host: must be 0 to %d; got %lld",
-                              c->player_count - 1, (long long)c->hosting.host);
-    return ll_ok();
-}
-
 static ll_status check_reckoning(const ll_netgame_config *c)
 {
     const char *model = ll_reckoning_names[c->reckoning.model];
@@ -380,7 +326,6 @@ static ll_status check(const void *object, const char *path)
     LL_TRY(check_reckoning(c));
     LL_TRY(check_peers(c));
     LL_TRY(check_spectators(c));
-    LL_TRY(check_hosting(c));
     LL_TRY(check_authorities(c));
     LL_TRY(check_profiles(c));
     for (int i = 0; i < c->player_count; i++) {

@@ -127,7 +127,6 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     view(o, in, ll_netgame_measured_s(g, in));
     ll_netgame_view_metrics(g, i, o);
     ll_netgame_peer_metrics(o, g, i);
-    ll_netgame_host_player_metrics(g, i, o);
     ll_netgame_connection_metrics(g, i, o);
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "inputs"), &input_table, INPUTS);
     ll_netgame_inputs_metrics(g, i, o);
@@ -195,7 +194,6 @@ cJSON *ll_netgame_metrics(const void *block)
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));
     ll_netgame_spectator_metrics(g, metrics);
-    ll_netgame_host_metrics(g, metrics);
     ll_netgame_add_fairness(g, s, players);
     ll_netgame_add_notices(g, metrics);
     return metrics;
@@ -213,8 +211,6 @@ const ll_metric_table *const ll_netgame_metric_tables[] = {&server_table,
                                                            LL_NETGAME_VIEW_TABLES,
                                                            LL_NETGAME_PEER_TABLES,
                                                            &ll_netgame_spectator_table,
-                                                           &ll_netgame_host_table,
-                                                           &ll_netgame_host_player_table,
                                                            &ll_netgame_connection_table,
                                                            &input_table,
                                                            LL_NETGAME_INPUT_TABLES,

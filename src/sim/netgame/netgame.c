@@ -43,7 +43,7 @@ static int ticks_on_link(const ll_netgame_config *c)
     return (int)(c->tick_hz * LINK_SECONDS);
 }
 
-static int own_up_slots(const ll_netgame_config *c)
+static int up_slots(const ll_netgame_config *c)
 {
     ll_transport_setup setup = transport_of(c);
     int each = copies(c) > 0 ? copies(c) : 1;
@@ -51,7 +51,7 @@ static int own_up_slots(const ll_netgame_config *c)
 }
 
 /* Updates, and answers to pings. Next to a transport's packets the de-jitter buffer keeps its messages. */
-static int own_down_slots(const ll_netgame_config *c)
+static int down_slots(const ll_netgame_config *c)
 {
     ll_transport_setup setup = transport_of(c);
     return plain(c) ? (int)((128 + 32) * LINK_SECONDS) + copies(c) * ticks_on_link(c)
@@ -65,13 +65,13 @@ static bool among_peers(const ll_netgame_config *c)
     return ll_syncs[c->server.sync]->observe != NULL || copies(c) > 0;
 }
 
-static int own_up_arena(const ll_netgame_config *c)
+static int up_arena(const ll_netgame_config *c)
 {
     int states = ll_input_message_size(LL_INPUTS_MAX) +
                  (ll_netgame_config_reports(c) ? (int)sizeof(ll_motion) : 0) + 16;
     int peers = among_peers(c) ? ll_peer_message_max(c->player_count) : 0;
     ll_transport_setup setup = transport_of(c);
-    return plain(c) ? own_up_slots(c) * (peers > states ? peers : states)
+    return plain(c) ? up_slots(c) * (peers > states ? peers : states)
                     : ll_transport_link_arena(&setup, LL_CLIENT_SIDE);
 }
 
@@ -96,52 +96,14 @@ static int longest_state(const ll_netgame_config *c)
     return (int)(selects(c) && bytes > 0 && limited < whole ? limited : whole + extra);
 }
 
-static int own_down_arena(const ll_netgame_config *c)
+static int down_arena(const ll_netgame_config *c)
 {
     int state = longest_state(c);
     int relay = among_peers(c) ? ll_relay_message_max(c->player_count) : 0;
     ll_transport_setup setup = transport_of(c);
-    int passing = copies(c) * ticks_on_link(c), own = own_down_slots(c) - passing;
+    int passing = copies(c) * ticks_on_link(c), own = down_slots(c) - passing;
     return plain(c) ? own * (relay > state ? relay : state) + passing * ll_peer_message_max(c->player_count)
                     : ll_transport_link_arena(&setup, LL_SERVER_SIDE) + DEJITTER_PACKETS * state;
-}
-
-/* Of other players, whose messages the links of any host carry too. */
-static int guests(const ll_netgame_config *c)
-{
-    return c->hosting.by_player ? c->player_count - 1 : 0;
-}
-
-static int up_slots(const ll_netgame_config *c)
-{
-    return own_up_slots(c) + (guests(c) > 0 ? guests(c) * own_down_slots(c) : 0);
-}
-
-static int down_slots(const ll_netgame_config *c)
-{
-    return own_down_slots(c) + (guests(c) > 0 ? guests(c) * own_up_slots(c) : 0);
-}
-
-#define ROUTE_BYTES 16 /* of each message between the machines of players */
-
-static int up_arena(const ll_netgame_config *c)
-{
-    return own_up_arena(c) + (guests(c) > 0 ? guests(c) * own_down_arena(c) + ROUTE_BYTES * up_slots(c) : 0);
-}
-
-static int down_arena(const ll_netgame_config *c)
-{
-    return own_down_arena(c) +
-           (guests(c) > 0 ? guests(c) * own_up_arena(c) + ROUTE_BYTES * down_slots(c) : 0);
-}
-
-/* Of any kind, from a machine to itself or to another one. */
-static int longest_message(const ll_netgame_config *c)
-{
-    int state = longest_state(c), relay = ll_relay_message_max(c->player_count),
-        peers = ll_peer_message_max(c->player_count);
-    int longest = state > relay ? state : relay;
-    return (longest > peers ? longest : peers) + (int)sizeof(ll_answer_message) + ROUTE_BYTES;
 }
 
 /* For the longest messages of any sync mode, since that may change. */
@@ -217,7 +179,6 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += carried ? (int64_t)ll_transport_size(&setup) : 0;
     }
     end = ll_netgame_lay_out_spectators(g, c, end, world);
-    end = c->hosting.by_player ? ll_netgame_lay_out_hosts(g, c, end, longest_message(c)) : end;
     end += ll_peers_choices(&c->peers) != 0 ? n * (int64_t)sizeof(ll_peer_choices) : 0;
     end += c->server.detection ? n * (int64_t)sizeof(ll_detection) : 0;
     end += c->reckoning.model != 0 ? (int64_t)ll_reckoning_size(n, world.entities) : 0;
@@ -370,9 +331,8 @@ static ll_status init(void *block, const void *config)
     copy_config(g, c);
     g->config.server.compensation.tuned = tuned(c);
     g->config.server.reckons = c->reckoning.model != 0;
-    g->config.server.peers = (ll_peers_choices(&c->peers) | (c->spectator_count > 0 ? LL_PEERS_WATCHED : 0u) |
-                              (c->hosting.by_player ? LL_PEERS_HOSTED : 0u)) &
-                             127u;
+    g->config.server.peers =
+        (ll_peers_choices(&c->peers) | (c->spectator_count > 0 ? LL_PEERS_WATCHED : 0u)) & 127u;
     g->size = lay_out(g, c);
     if (tuned(c))
         *(ll_policy_params *)ll_netgame_policies(g) = c->policies;
@@ -403,8 +363,6 @@ static ll_status init(void *block, const void *config)
         ll_netgame_choices(g, i)->budget = c->peers.budget_ticks;
     if (ll_netgame_spectators_of(g))
         ll_netgame_init_spectators(g, c);
-    if (ll_netgame_hosts_of(g))
-        ll_netgame_init_hosts(g, c, longest_message(c));
     if (ll_netgame_reckoning(g))
         ll_reckoning_init(ll_netgame_reckoning(g), &c->reckoning, n, world->entities, server->from);
     const ll_shelf_setup shelf = shelf_of(c);
@@ -442,11 +400,6 @@ static void name_player(char *name, int i)
 static ll_status may_change(const void *config, const void *before)
 {
     const ll_netgame_config *c = config, *b = before;
-    if (c->hosting.by_player && c->server.sync != b->server.sync)
-        return ll_field_error(
-            LL_CONFLICT, "server.sync",
-            "server.sync: with hosting.by_player it must not change in a running session; got %s after %s",
-            ll_syncs[c->server.sync]->name, ll_syncs[b->server.sync]->name);
     if (selects(c) == selects(b))
         return ll_ok();
     return ll_field_error(
@@ -500,9 +453,6 @@ static void change(void *block, const void *config, ll_time now)
     g->config.server.reckons = before.reckons;
     g->config.server.peers = before.peers;
     ll_server_configure(ll_netgame_server(g), &g->config.server);
-    const double shorter_s = before.timeout_s - g->config.server.timeout_s;
-    if (ll_netgame_hosts_of(g) && shorter_s > 0)
-        ll_hosting_shorten(&ll_netgame_hosts_of(g)->hosting, (ll_time)(shorter_s * 1e9));
     if (ll_netgame_spectators_of(g))
         ll_netgame_change_spectators(g, config);
     const ll_sync_mode *sync = ll_netgame_sync(g);

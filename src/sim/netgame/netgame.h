@@ -6,7 +6,6 @@
 
 #include "link/line/profile_shelf.h"
 #include "link/transport/transport.h"
-#include "netcode/hosting/hosting.h"
 #include "netcode/metrics/behind_cover.h"
 #include "netcode/metrics/client_metrics.h"
 #include "netcode/metrics/drag_neglect.h"
@@ -42,7 +41,6 @@ typedef struct ll_netgame_config {
     ll_report_params reports;
     ll_bottleneck_params bottleneck;
     ll_spectator_params spectators[LL_SPECTATORS_MAX];
-    ll_hosting_params hosting;
     int32_t profile_count, spectator_count;
     ll_profile_params profiles[LL_PROFILES_MAX];
 } ll_netgame_config;
@@ -84,14 +82,6 @@ typedef struct ll_netgame_spectators {
     int64_t at[LL_SPECTATORS_MAX];
     int64_t count;
 } ll_netgame_spectators;
-
-/* Where the server is on a player's machine: who hosts; before it the world that a host left behind, and the
- * messages of each player's machine to itself. Offsets are from the block's start. */
-typedef struct ll_netgame_hosts {
-    int64_t loop[LL_PEERS_MAX];
-    int64_t farewell;
-    ll_hosting hosting;
-} ll_netgame_hosts;
 
 #pragma GCC diagnostic pop
 
@@ -317,12 +307,6 @@ static inline ll_netgame_spectators *ll_netgame_spectators_of(const ll_netgame *
                                                      : NULL;
 }
 
-/* NULL: the server is on no player's machine. No such game is watched. */
-static inline ll_netgame_hosts *ll_netgame_hosts_of(const ll_netgame *g)
-{
-    return g->config.server.peers & LL_PEERS_HOSTED ? (ll_netgame_hosts *)ll_netgame_rare_end(g) - 1 : NULL;
-}
-
 static inline int ll_netgame_spectator_count(const ll_netgame *g)
 {
     const ll_netgame_spectators *all = ll_netgame_spectators_of(g);
@@ -521,11 +505,6 @@ void ll_netgame_fill_spectators(const ll_netgame *game, ll_row_set *rows);
 /* frame.c: the entities that they show, streamed */
 extern const ll_record ll_netgame_spectated_record;
 void ll_netgame_fill_spectated(const ll_netgame *game, ll_row_set *rows);
-
-/* hosts.c: adds who hosts to the metrics of the run and of `player`, if a player's machine does */
-void ll_netgame_host_metrics(const ll_netgame *g, struct cJSON *metrics);
-void ll_netgame_host_player_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
-extern const ll_metric_table ll_netgame_host_table, ll_netgame_host_player_table;
 
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);

@@ -58,6 +58,14 @@ static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *s
         ll_netgame_count_traffic(&seat->metrics->traffic, type, bytes, fragments);
 }
 
+static void note_arrivals(ll_input_history *input_history, const ll_message_head *head, const ll_sending *s)
+{
+    if (s->fate == LL_FATE_DELIVERED)
+        ll_input_history_sent(input_history, head->seq, head->count, s->due);
+    if (s->duplicated && s->copy_fate == LL_FATE_DELIVERED)
+        ll_input_history_sent(input_history, head->seq, head->count, s->copy_due);
+}
+
 /* Any message that is a packet, on any link. A function of its own: its variables are large.
  */
 static __attribute__((noinline)) void send_packet(ll_netgame_run *run, int player, bool up,
@@ -75,19 +83,9 @@ static __attribute__((noinline)) void send_packet(ll_netgame_run *run, int playe
     const ll_sending s = ll_link_send_by(up ? seat->up : seat->down, plan, run->game->now, packet, bytes);
     note_sent(run, seat, up, head.type, bytes, s.fragments);
     if (head.type == LL_MESSAGE_INPUT && (run->observes & LL_OBSERVE_INPUTS))
-        ll_netgame_note_arrivals(&seat->metrics->input_history, &head, &s);
+        note_arrivals(&seat->metrics->input_history, &head, &s);
     if (run->recorder)
         record_sending(run, player, packet, &s);
-}
-
-/* By a transport, or where the server is on a player's machine. */
-static __attribute__((noinline)) void send_rarely(ll_netgame_run *run, int player, bool up,
-                                                  const void *packet, int bytes)
-{
-    if (run->hosting)
-        ll_netgame_host_send(run, player, up, packet, bytes);
-    else
-        send_by_transport(run, player, up, packet, bytes);
 }
 
 /* An unrecorded message on a link with impairments, whose fate no one asks for. */
@@ -113,8 +111,8 @@ void ll_netgame_send(ll_netgame_run *run, int player, bool up, const void *packe
     ll_message_head head;
     ll_time due;
     LL_ASSERT(bytes >= (int)sizeof head && bytes <= LL_NETGAME_PACKET_MAX);
-    if (seat->rare) {
-        send_rarely(run, player, up, packet, bytes);
+    if (seat->transport) {
+        send_by_transport(run, player, up, packet, bytes);
     } else if (run->recorder || plan->stages != 0 ||
                !ll_link_send_plain(up ? seat->up : seat->down, plan, run->game->now, packet, bytes, &due)) {
         if (!send_single(run, player, up, packet, bytes))
@@ -284,8 +282,6 @@ __attribute__((noinline)) void ll_netgame_check_connections(ll_netgame_run *run)
     double timeout_s = run->game->config.server.timeout_s;
     ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
     server->next_check += LL_CONNECTION_CHECK_INTERVAL;
-    if (run->hosting && !ll_netgame_host_check(run))
-        return;
     for (int i = 0; i < server->players; i++) {
         if (sync->waits && server->client_slots[i].inputs.repeats > 0)
             update_player(run, i, NULL); /* it repeats known inputs, so it lacks the snapshot */
@@ -341,8 +337,6 @@ static __attribute__((noinline)) void client_joined(ll_netgame_run *run, int pla
     if (run->sync->observe && run->game->now >= 0)
         ll_desync_start(ll_netgame_desync(run->game, player),
                         ll_client_peer(run->seat[player].client)->start);
-    if (run->hosting)
-        ll_netgame_host_joined(run, player);
 }
 
 /* False: the packet belongs to the game. */
@@ -431,38 +425,11 @@ static __attribute__((noinline)) void arrive_down(ll_netgame_run *run, int playe
     ll_client_set_due(run->seat[player].client, &run->seat[player].setup);
 }
 
-static __attribute__((noinline)) void arrive_rarely_up(ll_netgame_run *run, int player)
-{
-    if (run->hosting)
-        ll_netgame_host_pass(run, player);
-    else
-        arrive_up(run, player);
-}
-
-static __attribute__((noinline)) void arrive_rarely_down(ll_netgame_run *run, int player)
-{
-    if (run->hosting)
-        ll_netgame_host_arrive(run, player, false);
-    else
-        arrive_down(run, player);
-}
-
-void ll_netgame_server_gets(ll_netgame_run *run, int player, const void *packet)
-{
-    server_receives(run, player, packet);
-}
-
-void ll_netgame_client_gets(ll_netgame_run *run, int player, const void *packet, int bytes)
-{
-    client_gets(run, player, packet, bytes);
-    ll_client_set_due(run->seat[player].client, &run->seat[player].setup);
-}
-
 void ll_netgame_deliver_up(ll_netgame_run *run, int player)
 {
     int bytes;
-    if (run->seat[player].rare) {
-        arrive_rarely_up(run, player);
+    if (run->seat[player].transport) {
+        arrive_up(run, player);
         return;
     }
     const void *packet = take_off(run, run->seat[player].up, &bytes);
@@ -474,8 +441,8 @@ void ll_netgame_deliver_down(ll_netgame_run *run, int player)
 {
     ll_netgame_seat *seat = &run->seat[player];
     int bytes;
-    if (seat->rare) {
-        arrive_rarely_down(run, player);
+    if (seat->transport) {
+        arrive_down(run, player);
         return;
     }
     const void *packet = take_off(run, seat->down, &bytes);

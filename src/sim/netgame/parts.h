@@ -25,10 +25,8 @@ typedef struct ll_netgame_seat {
     ll_link *up, *down;
     ll_dejitter *dejitter;   /* NULL: off, and empty */
     ll_transport *transport; /* NULL: messages are packets */
-    ll_link *loop;         /* of the messages of its machine to itself; NULL: the server is on another one */
-    bool rare;             /* it has one of these two */
-    bool plain;            /* it has none of these three */
-    ll_nearness *nearness; /* NULL: snapshots contain every entity */
+    bool plain;              /* it has neither of these two */
+    ll_nearness *nearness;   /* NULL: snapshots contain every entity */
     ll_link_plan up_plan, down_plan;
     ll_client_setup setup;
     ll_script_memo memo;
@@ -49,12 +47,8 @@ typedef struct ll_netgame_run {
     ll_detection *detection; /* one per player; NULL: the server detects nothing */
     const ll_recorder *recorder;
     const ll_netgame_spectators *spectators; /* NULL: no one watches */
-    ll_hosting *hosting;                     /* NULL: the server is on no player's machine */
     int players;
-    bool meshed; /* players' inputs travel directly to each other */
-    /* What the server and a client do with a message that has taken two players' links. */
-    void (*server_gets)(struct ll_netgame_run *run, int player, const void *packet);
-    void (*client_gets)(struct ll_netgame_run *run, int player, const void *packet, int bytes);
+    bool meshed;       /* players' inputs travel directly to each other */
     uint32_t observes; /* bits of ll_observation */
     uint64_t waiting; /* a bit per player: it may have changes of controls that a display has not shown yet */
     ll_netgame_seat seat[LL_PLAYERS_MAX];
@@ -104,18 +98,9 @@ void ll_netgame_check_connections(ll_netgame_run *run); /* the server checks its
 void ll_netgame_deliver_up(ll_netgame_run *run, int player);
 void ll_netgame_deliver_down(ll_netgame_run *run, int player);
 void ll_netgame_deliver_held(ll_netgame_run *run, int player); /* by the de-jitter buffer */
-void ll_netgame_server_gets(ll_netgame_run *run, int player, const void *packet);
-void ll_netgame_client_gets(ll_netgame_run *run, int player, const void *packet, int bytes);
 
-/* observe.c: the event of a message that is sent now, but for its fate; of one that was sent at `sent` and
- * took two players' links; and when the inputs of a message arrive */
+/* observe.c: the event of a message that is sent now, but for its fate */
 ll_event ll_netgame_message_event(const ll_netgame_run *run, int player, const void *packet);
-void ll_netgame_record_sent(const ll_netgame_run *run, int player, const void *packet, ll_time sent,
-                            const ll_sending *sending);
-void ll_netgame_note_arrivals(ll_input_history *input_history, const ll_message_head *head,
-                              const ll_sending *sending);
-void ll_netgame_note_arrival(const ll_netgame_run *run, int player, const void *packet,
-                             const ll_sending *sending);
 
 /* What is counted of a message from `from` of the metrics on. */
 static inline void ll_netgame_count_traffic(ll_traffic *t, int type, int bytes, int fragments)
@@ -126,17 +111,6 @@ static inline void ll_netgame_count_traffic(ll_traffic *t, int type, int bytes, 
     t->packets[type] += fragments;
     t->wire_bytes[type] += bytes + headers;
 }
-
-/* hosts.c: where the server is on a player's machine. Its parts begin at `at` of a block; returns where they
- * end. With a NULL block only that. */
-int64_t ll_netgame_lay_out_hosts(ll_netgame *g, const ll_netgame_config *c, int64_t at, int longest);
-void ll_netgame_init_hosts(ll_netgame *g, const ll_netgame_config *c, int longest);
-void ll_netgame_host_send(ll_netgame_run *run, int player, bool up, const void *packet, int bytes);
-void ll_netgame_host_pass(ll_netgame_run *run, int player); /* from its link up to another's down */
-void ll_netgame_host_arrive(ll_netgame_run *run, int player, bool looped); /* at its machine */
-void ll_netgame_host_joined(ll_netgame_run *run, int player);              /* its client, by an accept */
-/* Before the server's check: the host may leave, or notice that it is cut off. False: no one hosts. */
-bool ll_netgame_host_check(ll_netgame_run *run);
 
 /* spectators.c: their parts begin at `at` of a block; returns where they end. With a NULL block only that. */
 int64_t ll_netgame_lay_out_spectators(ll_netgame *g, const ll_netgame_config *c, int64_t at, ll_extent world);

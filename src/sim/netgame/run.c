@@ -423,35 +423,6 @@ static inline turn first_of(const player_turns *of)
     return earlier(earlier(of->acts, of->up), of->down);
 }
 
-/* Where the server is on a player's machine any packet may be one of the server's: its turns, and what it has
- * sent, are found again with each. Without a host it has no turn. */
-static __attribute__((noinline)) void renew_hosted(const ll_netgame_run *run, schedule *next)
-{
-    renew_update(run, next);
-    renew_step(run, next);
-    if (run->hosting->host < 0) {
-        next->step = next->update = INT64_MAX;
-        next->server = next->tend;
-    }
-    for (int i = 0; i < run->players; i++) {
-        turn first =
-            earlier(next->tree[next->leaves + (unsigned)i], arrival_of(run->seat[i].up, ACTOR_UP, i));
-        first = earlier(first, arrival_of(run->seat[i].down, ACTOR_DOWN, i));
-        set_player(next, i, earlier(first, arrival_of(run->seat[i].loop, ACTOR_TRANSPORT, i)));
-    }
-}
-
-/* A player with a transport, or whose machine may host; `first`: its turn otherwise. */
-static __attribute__((noinline)) turn renew_rare(const ll_netgame_run *run, schedule *next, int player,
-                                                 turn first)
-{
-    const ll_netgame_seat *seat = &run->seat[player];
-    if (seat->transport)
-        return earlier(first, turn_of(ll_transport_due(seat->transport), ACTOR_TRANSPORT, player));
-    renew_hosted(run, next);
-    return earlier(first, arrival_of(seat->loop, ACTOR_TRANSPORT, player));
-}
-
 static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, schedule *next, int player)
 {
     const ll_netgame_seat *seat = &run->seat[player];
@@ -462,8 +433,8 @@ static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, sc
     turn first = first_of(of);
     if (seat->dejitter)
         first = earlier(first, turn_of(ll_dejitter_next_due(seat->dejitter), ACTOR_PLAYOUT, player));
-    if (seat->rare)
-        first = renew_rare(run, next, player, first);
+    if (seat->transport)
+        first = earlier(first, turn_of(ll_transport_due(seat->transport), ACTOR_TRANSPORT, player));
     set_player(next, player, first);
 }
 
@@ -495,7 +466,7 @@ static void renew_arrivals(const ll_netgame_run *run, schedule *next)
         renew_down(&run->seat[i], &next->of[i], i);
         if (next->of[i].down < next->tree[next->leaves + (unsigned)i])
             set_player(next, i, next->of[i].down);
-        if (run->seat[i].rare)
+        if (run->seat[i].transport)
             renew_player(run, next, i);
     }
 }
@@ -564,10 +535,7 @@ static bool take_turn(ll_netgame_run *run, schedule *next, turn now, divergence 
         ll_netgame_deliver_held(run, player);
         break;
     case ACTOR_TRANSPORT:
-        if (run->hosting)
-            ll_netgame_host_arrive(run, player, true);
-        else
-            ll_netgame_transport_timers(run, player);
+        ll_netgame_transport_timers(run, player);
         break;
     case ACTOR_CLIENT:
         finite = client_acts(run, seat, player, where);
@@ -609,10 +577,7 @@ static void take_seat(ll_netgame_run *run, int i)
         .memo.until = INT64_MIN};
     run->seat[i].setup.memo = &run->seat[i].memo;
     run->seat[i].setup.usual = ll_client_is_usual(&run->seat[i].setup);
-    if (run->hosting)
-        run->seat[i].loop = (ll_link *)(block + ll_netgame_hosts_of(g)->loop[i]);
-    run->seat[i].rare = run->seat[i].transport || run->seat[i].loop;
-    run->seat[i].plain = !run->seat[i].rare && !run->seat[i].dejitter;
+    run->seat[i].plain = !run->seat[i].transport && !run->seat[i].dejitter;
     if (run->seat[i].setup.selects) {
         run->seat[i].nearness = ll_netgame_nearness(g, i);
         run->seat[i].nearness->near_m = g->config.server.selection.radius_m / 4;
@@ -633,11 +598,8 @@ static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, 
     run->detection = ll_netgame_detection(g);
     run->recorder = r;
     run->spectators = ll_netgame_spectators_of(g);
-    run->hosting = ll_netgame_hosts_of(g) ? &ll_netgame_hosts_of(g)->hosting : NULL;
     run->players = g->config.player_count;
     run->meshed = ll_netgame_meshed(g);
-    run->server_gets = ll_netgame_server_gets;
-    run->client_gets = ll_netgame_client_gets;
     run->observes = ll_netgame_client_metrics(g, 0)->observes;
     run->waiting = ~UINT64_C(0) >> (64 - run->players);
     for (int i = 0; i < run->players; i++)

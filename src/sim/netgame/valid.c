@@ -12,9 +12,6 @@ static const char *broken_knowledge(const ll_netgame *g, int player)
     const ll_client *c = ll_netgame_client(g, player);
     const ll_server *server = ll_netgame_server(g);
     const ll_client_slot *slot = &server->client_slots[player];
-    const ll_netgame_hosts *hosts = ll_netgame_hosts_of(g);
-    if (hosts && (hosts->hosting.view[player].without != LL_NEVER || hosts->hosting.gone >> player & 1))
-        return NULL; /* it knows of steps of a host that is gone */
     if (c->snapshots.confirmed > server->step || c->snapshots.newest_tick > server->step)
         return "a client knows of a step that the server has not made";
     if (c->epoch != slot->connection.epoch)
