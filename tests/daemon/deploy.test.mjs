@@ -1,4 +1,4 @@
-// The files in deploy/: Kubernetes objects have the right types and match each other, and a proxy finds the daemon that has a session.
+// The files in deploy/: Kubernetes objects have the right types and match each other. The proxies: shards.test.mjs.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -7,9 +7,6 @@ import test from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { parseDocument } from 'yaml';
 import { sbom } from '../../deploy/sbom.mjs';
-import { startProxy } from '../../bench/proxies/proxies.mjs';
-import { client } from '../lib/client.mjs';
-import { startDaemon } from '../lib/daemon.mjs';
 import { parse, pods, problems as problemsOf, typeErrors } from '../lib/objects.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..'),
@@ -291,31 +288,4 @@ test('Kustomize makes the same objects of them', { skip: kubectl ? false : 'kube
   assert.deepEqual(typeErrors([rendered]), [[]]);
   assert.deepEqual(problems(rendered), []);
   assert.match(pods(rendered)[0].spec.template.spec.containers[0].image, /^laglab:\d/);
-});
-
-test('HAProxy sends requests for a session to the daemon that created it', async (t) => {
-  const daemons = await Promise.all([startDaemon(), startDaemon()]);
-  t.after(() => Promise.all(daemons.map((daemon) => daemon.stop())));
-  const text = readFileSync(path.join(ROOT, 'deploy/haproxy.cfg'), 'utf8')
-    .replace('bind 0.0.0.0:80 ', 'bind LISTEN ')
-    .replace('10.0.0.1:8080', `127.0.0.1:${daemons[0].port}`)
-    .replace('10.0.0.2:8080', `127.0.0.1:${daemons[1].port}`);
-  const proxy = await startProxy('haproxy', 0, text);
-  t.after(() => proxy.stop());
-  const http = client(proxy.url);
-  t.after(() => http.close());
-  const made = [];
-  for (let i = 0; i < 8; i++) made.push(await http.make());
-  for (const session of made)
-    for (let i = 0; i < 3; i++) assert.equal((await fetch(`${proxy.url}/api/v1/sessions/${session.id}/state`)).status, 200);
-  const here = await Promise.all(
-    daemons.map(
-      async (daemon) =>
-        (await Promise.all(made.map((session) => fetch(`${daemon.url}api/v1/sessions/${session.id}`)))).filter(
-          (answer) => answer.status === 200,
-        ).length,
-    ),
-  );
-  assert.equal(here[0] + here[1], made.length);
-  assert.ok(here[0] > 0 && here[1] > 0, `both daemons have sessions: ${here}`);
 });

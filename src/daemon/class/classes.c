@@ -123,8 +123,9 @@ static ll_status check_quota(const ll_classes *classes, bool full, bool client_f
 
 static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
 {
+    const char *shard = ll_host_get_config(classes->host)->shard;
     for (int attempt = 0; attempt < 1000; attempt++) {
-        if (!ll_new_code(entry->code) || !ll_new_id(entry->id))
+        if (!ll_new_code(shard, entry->code) || !ll_new_id(shard, entry->id))
             return false;
         if (!ll_classes_find_entry(classes, entry->code, true))
             return true;
@@ -153,9 +154,10 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
 /* In the shared store first: its names and quotas are those of all daemons. */
 static ll_status add_shared(ll_classes *classes, ll_class_entry *entry)
 {
+    const char *shard = ll_host_get_config(classes->host)->shard;
     for (int attempt = 0; attempt < 100; attempt++) {
         ll_opened_class opened;
-        if (!ll_new_code(entry->code) || !ll_new_id(entry->id))
+        if (!ll_new_code(shard, entry->code) || !ll_new_id(shard, entry->id))
             break;
         LL_TRY(ll_class_entry_open_shared(entry, &opened));
         LL_TRY(

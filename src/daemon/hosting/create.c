@@ -169,7 +169,7 @@ static ll_status reserve_names(ll_host *host, ll_session_entry *session_entry,
     for (int attempt = 0; attempt < 100; attempt++) {
         char *code = session_entry->identity.code;
         bool taken = true;
-        if (!ll_new_code(code))
+        if (!ll_new_code(host->config.shard, code))
             return ll_error(LL_NO_MEMORY, "Random numbers for a code not available.");
         LL_TRY(reserve_code(host, session_entry, request, &taken));
         if (!taken)
@@ -220,7 +220,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
         ll_scenario_free(&scenario);
         return status;
     }
-    if (!session_entry || !ll_new_id(session_entry->identity.id)) {
+    if (!session_entry || !ll_new_id(host->config.shard, session_entry->identity.id)) {
         ll_scenario_free(&scenario);
         ll_session_entry_release(session_entry);
         return ll_error(LL_NO_MEMORY, "out of memory: session");

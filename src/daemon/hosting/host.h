@@ -27,13 +27,14 @@
 typedef struct ll_host_config {
     char data[512];  /* folder of the database; `memory`: nothing is stored */
     char store[512]; /* URL of the experiments' store, and of the sessions' if PostgreSQL; empty: in `data` */
-    char url[LL_STORE_URL_MAX + 1]; /* where other daemons of the store reach this one; empty: not at all */
-    double store_wait_s;            /* for a shared store, at the start */
-    double lease_s;                 /* of this daemon on the sessions that it has of a shared store */
-    char scenarios[512];            /* folder of the library */
-    char api[512];                  /* folder of openapi.yaml and asyncapi.yaml */
-    int64_t threads;                /* that step sessions; 0: one per core */
-    int64_t work_threads;           /* tasks that run at once; 0: one per core */
+    char url[LL_STORE_URL_MAX + 1];  /* where other daemons of the store reach this one; empty: not at all */
+    char shard[LL_SHARD_LENGTH + 1]; /* with which ids and codes begin; empty: they are random alone */
+    double store_wait_s;             /* for a shared store, at the start */
+    double lease_s;                  /* of this daemon on the sessions that it has of a shared store */
+    char scenarios[512];             /* folder of the library */
+    char api[512];                   /* folder of openapi.yaml and asyncapi.yaml */
+    int64_t threads;                 /* that step sessions; 0: one per core */
+    int64_t work_threads;            /* tasks that run at once; 0: one per core */
     int64_t max_sessions;
     int64_t max_memory_mib;          /* 0: three quarters of the machine's */
     double max_new_sessions_per_min; /* by one address */

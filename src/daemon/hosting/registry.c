@@ -53,7 +53,7 @@ ll_session_entry *ll_host_find_code(ll_host *host, const char *code)
 static bool choose_code(ll_host *host, ll_session_entry *session_entry)
 {
     for (int attempt = 0; attempt < 1000; attempt++) {
-        if (!ll_new_code(session_entry->identity.code))
+        if (!ll_new_code(host->config.shard, session_entry->identity.code))
             return false;
         if (!find_code(host, session_entry->identity.code))
             return true;

@@ -303,11 +303,29 @@ static void begin_body(http_exchange *exchange)
     exchange->refused = true;
 }
 
+/* `?shard=` is for the proxy: a request for another shard came by a wrong way. */
+static enum MHD_Result check_shard(http_exchange *exchange, const char *value)
+{
+    const char *own = exchange->http->app.shard;
+    if (value != NULL && strcmp(value, own) == 0) {
+        return MHD_YES;
+    }
+    ll_http_refuse(exchange, 400, LL_BAD_INPUT, "shard",
+                   "shard: must be %s, the name of this daemon; got %.40s", own,
+                   value != NULL ? value : "empty");
+    exchange->refused = true;
+    return MHD_NO;
+}
+
 static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, const char *name,
                                       const char *value)
 {
-    (void)kind, (void)value;
+    (void)kind;
     http_exchange *exchange = closure;
+    const char *shard = exchange->http->app.shard;
+    if (shard != NULL && *shard != '\0' && strcmp(name, "shard") == 0) {
+        return check_shard(exchange, value);
+    }
     const char *known = exchange->route->query;
     size_t size = strlen(name);
     for (const char *at = known; *at != '\0';

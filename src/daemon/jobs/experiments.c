@@ -367,7 +367,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
         snprintf(record.class_key, sizeof record.class_key, "%s", class_key->name);
         record.most_of_key = class_key->most[LL_KEY_EXPERIMENTS];
     }
-    if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
+    if (!ll_new_id(x->config->shard, id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
         return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
     snprintf(record.id, sizeof record.id, "%s", id);
     char *text = ll_experiment_text(e);

@@ -172,7 +172,7 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENG
                       char key[LL_KEY_LENGTH + 1])
 {
     job *j = calloc(1, sizeof *j);
-    if (!j || !ll_new_id(id) || !ll_new_key(key) || !ll_key_hash_make(key, &j->key)) {
+    if (!j || !ll_new_id(jobs->config->shard, id) || !ll_new_key(key) || !ll_key_hash_make(key, &j->key)) {
         spec->free(spec->context);
         free(j);
         return ll_error(LL_NO_MEMORY, "out of memory: job");

@@ -181,6 +181,7 @@ static void log_class_keys(const ll_class_keys *keys)
 
 static ll_status start(daemon_parts *d)
 {
+    LL_TRY(ll_shard_check(d->host_config.shard));
     ll_status status = ll_access_open(&d->access_config, &d->access);
     if (!ll_failed(&status))
         log_class_keys(&d->access.class_keys);
@@ -199,6 +200,7 @@ static ll_status start(daemon_parts *d)
         .routes = d->api.routes,
         .route_count = d->api.route_count,
         .context = &d->api,
+        .shard = d->host_config.shard,
         .tasks = d->tasks,
         .done = ll_api_done,
     };

@@ -124,7 +124,7 @@ static bool delete_session(sqlite_store *store, int64_t number)
 static bool write_class(sqlite_store *store, const record *r)
 {
     sqlite3_stmt *s = store->prepared[r->type == RECORD_CLASS ? PUT_CLASS : DELETE_CLASS];
-    sqlite3_bind_text(s, 1, r->bytes, LL_ID_LENGTH, SQLITE_STATIC);
+    sqlite3_bind_text(s, 1, r->bytes, -1, SQLITE_STATIC);
     if (r->type == RECORD_CLASS) {
         const size_t skipped = LL_ID_LENGTH + 1;
         sqlite3_bind_int64(s, 2, r->index);

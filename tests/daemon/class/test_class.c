@@ -324,7 +324,7 @@ static void saved_and_loaded_a_class_is_the_same_without_its_connections(void **
     ll_status status = ll_class_vote(&f->c, b, &(ll_class_ballot){.step = 2, .choice = 1});
     assert_false(ll_failed(&status));
     f->c.board.driven[1] = true;
-    memcpy(f->c.members[b].copy.session, "bbcdefghijklmnopqrstuvwxyz", LL_ID_LENGTH + 1);
+    strcpy(f->c.members[b].copy.session, "bbcdefghijklmnopqrstuvwxyz");
     cJSON *json = ll_class_save(&f->c);
     char *text = cJSON_PrintUnformatted(json);
     assert_null(strstr(text, f->token[0]));

@@ -90,9 +90,9 @@ static ll_stored make_session(ll_store *store)
     ll_store_batch batch = {0};
     bool taken = true;
     must(ll_store_new_place(store, &row.place));
-    assert_true(ll_new_id(row.id));
+    assert_true(ll_new_id("", row.id));
     while (taken) {
-        assert_true(ll_new_code(row.code));
+        assert_true(ll_new_code("", row.code));
         must(ll_store_reserve_code(store, row.place.number, row.code, NULL, &taken));
     }
     for (size_t i = 0; i < 2 * sizeof row.keys[0]; i++)
@@ -498,7 +498,7 @@ static ll_stored make_folder(const char *folder, const char *line)
     must(ll_store_open(folder, &store));
     must(ll_store_new_place(store, &row.place));
     must(ll_store_new_place(store, &empty.place));
-    assert_true(ll_new_id(row.id) && ll_new_id(empty.id));
+    assert_true(ll_new_id("", row.id) && ll_new_id("", empty.id));
     for (size_t i = 0; i < sizeof row.keys; i++)
         ((unsigned char *)row.keys)[i] = (unsigned char)(i * 31);
     ll_store_put(store, &empty);

@@ -31,10 +31,11 @@ static void names_have_their_alphabets(void **state)
     char id[LL_ID_LENGTH + 1], other[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
     unsigned seen[256] = {0};
     for (int i = 0; i < 2000; i++) {
-        assert_true(ll_new_id(id) && ll_new_id(other) && ll_new_code(code));
+        assert_true(ll_new_id("", id) && ll_new_id("", other) && ll_new_code("", code));
         assert_true(ll_is_id(id) && ll_is_code(code));
         assert_string_not_equal(id, other);
-        for (int k = 0; k < LL_CODE_LENGTH; k++)
+        assert_true(strlen(id) == LL_ID_RANDOM && strlen(code) == LL_CODE_RANDOM);
+        for (int k = 0; k < LL_CODE_RANDOM; k++)
             seen[(unsigned char)code[k]]++;
     }
     int letters = 0;
@@ -46,13 +47,54 @@ static void names_have_their_alphabets(void **state)
                  ll_is_code("ABCDE"));
 }
 
+static void names_begin_with_their_shard(void **state)
+{
+    (void)state;
+    char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
+    assert_true(ll_new_id("s0", id) && ll_new_code("s0", code));
+    assert_memory_equal(id, "s0-", 3);
+    assert_memory_equal(code, "S0-", 3);
+    assert_int_equal(strlen(id), 3 + LL_ID_RANDOM);
+    assert_int_equal(strlen(code), 3 + LL_CODE_RANDOM);
+    assert_true(ll_is_id(id) && ll_is_code(code) && !ll_is_id(code) && !ll_is_code(id));
+    assert_true(ll_new_id("wxyz", id) && ll_new_code("wxyz", code) && ll_is_id(id) && ll_is_code(code));
+    assert_true(strlen(id) == LL_ID_LENGTH && strlen(code) == LL_CODE_LENGTH);
+    static const char *const bad[] = {"-abcdefghijklmnopqrstuvwxyz",    "abcde-abcdefghijklmnopqrstuvwxyz",
+                                      "A-abcdefghijklmnopqrstuvwxyz",   "l-abcdefghijklmnopqrstuvwxyz",
+                                      "a-b-abcdefghijklmnopqrstuvwxyz", "a-abcdefghijklmnopqrstuvwxy"};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        assert_false(ll_is_id(bad[i]));
+    assert_false(ll_is_code("-K7QF") || ll_is_code("a-K7QF") || ll_is_code("A-K7Q") ||
+                 ll_is_code("ABCDE-K7QF"));
+}
+
+static void a_bad_name_of_a_shard_is_refused(void **state)
+{
+    (void)state;
+    static const char *const good[] = {"", "a", "7", "s0", "wxyz"}, *const bad[] = {"A",   "l",     "nord",
+                                                                                    "a-b", "ab cd", "abcde"};
+    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
+        ll_status status = ll_shard_check(good[i]);
+        assert_false(ll_failed(&status));
+    }
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        ll_status status = ll_shard_check(bad[i]);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_string_equal(status.field, "shard");
+        assert_non_null(strstr(status.text, bad[i]));
+    }
+}
+
 static void codes_are_read_in_either_case(void **state)
 {
     (void)state;
     char code[LL_CODE_LENGTH + 1];
     assert_true(ll_code_read("k7qf", code));
     assert_string_equal(code, "K7QF");
-    static const char *const others[] = {"", "K7Q", "K7QFX", "K7Q0", "K7QO", "k7ql", "K7Q ", "K7Q\xc3"};
+    assert_true(ll_code_read("s0-k7qf", code));
+    assert_string_equal(code, "S0-K7QF");
+    static const char *const others[] = {"",     "K7Q",  "K7QFX",   "K7Q0",    "K7QO",
+                                         "k7ql", "K7Q ", "K7Q\xc3", "so-k7qf", "abcde-k7qf"};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
         assert_false(ll_code_read(others[i], code));
 }
@@ -105,9 +147,14 @@ static void rates_are_per_name(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(digests_are_sha256_of_both_parts),  cmocka_unit_test(names_have_their_alphabets),
-        cmocka_unit_test(codes_are_read_in_either_case),     cmocka_unit_test(a_key_matches_its_hash_only),
-        cmocka_unit_test(a_bucket_gives_its_rate_and_burst), cmocka_unit_test(rates_are_per_name),
+        cmocka_unit_test(digests_are_sha256_of_both_parts),
+        cmocka_unit_test(names_have_their_alphabets),
+        cmocka_unit_test(names_begin_with_their_shard),
+        cmocka_unit_test(a_bad_name_of_a_shard_is_refused),
+        cmocka_unit_test(codes_are_read_in_either_case),
+        cmocka_unit_test(a_key_matches_its_hash_only),
+        cmocka_unit_test(a_bucket_gives_its_rate_and_burst),
+        cmocka_unit_test(rates_are_per_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,6 +29,14 @@ export class Problem extends Error {
   }
 }
 
+/** The shard that has what the page shows, which is the part of an id or a code before `-`; empty where one daemon is alone. */
+let shard = '';
+
+/** @param {string} path that was answered */
+function noteShard(path) {
+  shard = /^(?:sessions|classes|experiments)\/(\w+)-/.exec(path)?.[1]?.toLowerCase() ?? shard;
+}
+
 /** The address of an API path.
  * @param {string} path @returns {URL} */
 export function address(path) {
@@ -68,12 +76,20 @@ function keepClassKey(key) {
 /** @param {unknown} error @returns {boolean} */
 const wantsKey = (error) => error instanceof Problem && [401, 403].includes(error.status);
 
-/** Makes something: with the class key where the daemon wants one.
+/** Makes something: with the class key where the daemon wants one, and where the page's sessions are, since a class shows only sessions
+ * of its own daemon.
  * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether the request may ask a person for the key
  * @returns {Promise<any>} */
 export async function make(path, body, ask = true) {
   const kept = classKey();
-  const post = (/** @type {string} */ key) => call('POST', path, { body, key });
+  const post = async (/** @type {string} */ key) => {
+    const made = await call('POST', shard === '' || path.includes('/') ? path : `${path}${path.includes('?') ? '&' : '?'}shard=${shard}`, {
+      body,
+      key,
+    });
+    noteShard(`${path}/${made?.id}`);
+    return made;
+  };
   try {
     return await post(kept);
   } catch (error) {
@@ -114,6 +130,7 @@ export async function call(method, path, more = {}) {
     if (answer.ok) throw new Problem(answer.status, { detail: t('base.no_json') });
   }
   if (!answer.ok) throw await refusal(answer.status, body);
+  noteShard(path);
   return body;
 }
 

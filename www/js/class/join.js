@@ -9,8 +9,13 @@ import { rich, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-/** As codes are written: capital letters, no spaces. @param {string} text */
-export const tidy = (text) => text.replace(/\s/g, '').toUpperCase();
+/** As codes are written: capital letters, no spaces, `-` after the name of a shard. Such a name has no I, L and O, which are read for 1
+ * and 0. @param {string} text */
+export function tidy(text) {
+  const letters = text.replace(/[\s-]/g, '').toUpperCase(),
+    name = letters.slice(0, -4).replace(/[IL]/g, '1').replace(/O/g, '0');
+  return name === '' ? letters : `${name}-${letters.slice(-4)}`;
+}
 
 /** @param {(code: string) => void} find @returns {Template} */
 function codeField(find) {
@@ -20,7 +25,7 @@ function codeField(find) {
     find(tidy(field.value));
   };
   return html`<form class="code" @submit=${submit}><label for="class-code">${t('class.code_on_board')}</label>
-    <input id="class-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="8" required
+    <input id="class-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="12" required
       aria-invalid=${told.value === '' ? nothing : 'true'} aria-describedby="class-answer">
     <button class="main">${t('class.join')}</button></form>`;
 }

@@ -3,7 +3,7 @@ import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make, styleSheet } from '../base/api.js';
 import { touch } from '../draw/redraw.js';
-import { keep, keyOf } from '../session/opening.js';
+import { keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
 import { again, show } from '../session/session.js';
 import { connection, notify, place, session } from '../session/state.js';
@@ -132,13 +132,13 @@ export async function teach() {
       return;
     }
     made = await make('classes', {});
-    const board = await putBoard(made.id, made.teacher_key, shown);
-    const key = board.owner_key ?? shown.key; /* several daemons show a fork of it */
-    if (board.owner_key) keep(board.id, key, false);
-    await call('POST', `sessions/${board.id}/control`, { body: { op: 'pause' }, key }).catch(() => {}); /* it waits for the class */
+    await putBoard(made.id, made.teacher_key, shown);
+    await call('POST', `sessions/${shown.id}/control`, { body: { op: 'pause' }, key: shown.key }).catch(
+      () => {},
+    ); /* it waits for the class */
     await begin();
     listen(made, made.teacher_key);
-    lead(made.teacher_key, 'lobby', session.peek()?.id === shown.id ? shown.id : board.id);
+    lead(made.teacher_key, 'lobby', shown.id);
     showAddress();
   } catch (error) {
     if (made !== null) call('DELETE', `classes/${made.id}`, { key: made.teacher_key }).catch(() => {}); /* its key was not kept */
@@ -148,8 +148,8 @@ export async function teach() {
   }
 }
 
-/** Whether the next attempt may do: no daemon has answered, or a daemon or a proxy that cannot at this moment, as while a class goes to
- * another daemon. @param {unknown} error */
+/** Whether the next attempt may do: no daemon has answered, or a daemon or a proxy that cannot at this moment, as while a shard
+ * starts. @param {unknown} error */
 const passes = (error) => !(error instanceof Problem) || [502, 503, 504].includes(error.status);
 
 /** Goes on as what this tab was, if it was in that class. @param {string} id @param {string} key the teacher's, of the address */

@@ -1,9 +1,9 @@
 // What the teacher does to a class.
 import { effect, signal, untracked } from '../../vendor/signals-core.js';
-import { Problem, call } from '../base/api.js';
+import { call } from '../base/api.js';
 import { keep, keyOf } from '../session/opening.js';
 import { show } from '../session/session.js';
-import { notify, place, session } from '../session/state.js';
+import { place, session } from '../session/state.js';
 import { control } from '../session/time.js';
 import { keepClass } from './kept.js';
 import { readLesson, readLessons } from './lesson.js';
@@ -13,27 +13,9 @@ import { t } from '../base/words.js';
 /** Of the next question that is not one of a lesson. */
 export const choices = signal(4);
 
-const HAND_OVER_MS = 15000 /* of several daemons, the one that has just made a session keeps it for 5 s */,
-  AGAIN_MS = 500;
-
-/** Shows a session on the board of a class; waits while another daemon hands it over to the one that has the class.
- * @param {string} id of the class @param {string} key the teacher's @param {import('../session/state.js').Session} shown
- * @param {() => boolean} [wanted] asked before each further attempt: whether it is still to be shown
- * @returns {Promise<any>} null when it was not wanted any more */
-export async function putBoard(id, key, shown, wanted = () => true) {
-  const end = performance.now() + HAND_OVER_MS;
-  for (let tries = 0; ; tries++) {
-    try {
-      return await call('PUT', `classes/${id}/board`, { body: { session: shown.id, owner_key: shown.key }, key });
-    } catch (error) {
-      if (!wanted()) return null;
-      if (!(error instanceof Problem) || error.status !== 503 || performance.now() > end) throw error;
-      if (tries === 0) notify(t('class.preparing')); /* once: what is said meanwhile is to be read */
-      await new Promise((done) => setTimeout(done, AGAIN_MS));
-      if (!wanted()) return null;
-    }
-  }
-}
+/** Shows a session on the board of a class. @param {string} id of the class @param {string} key the teacher's
+ * @param {import('../session/state.js').Session} shown @returns {Promise<any>} */
+export const putBoard = (id, key, shown) => call('PUT', `classes/${id}/board`, { body: { session: shown.id, owner_key: shown.key }, key });
 
 /** @param {() => Promise<any>} request @returns {Promise<any>} null when it was refused */
 async function tried(request) {
@@ -113,15 +95,10 @@ function follow(id) {
 }
 
 /** Puts the session that this page shows on the board. @param {import('../session/state.js').Session} shown */
-async function put(shown) {
-  const mine = ++turn;
-  const wanted = () => mine === turn && session.peek()?.id === shown.id; /* another device may have chosen one, which is followed */
+function put(shown) {
+  turn++;
   move(shown.id);
-  const made = await tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown, wanted));
-  if (!made?.owner_key) return;
-  keep(made.id, made.owner_key, false); /* several daemons show a fork of it */
-  if (wanted()) follow(made.id);
-  else if (made.id !== board) left.add(made.id);
+  return tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown));
 }
 
 /** From now on this page is the teacher's. @param {string} key @param {'lobby' | 'board'} first

@@ -89,7 +89,7 @@ function join(event) {
 /** @returns {Template} */
 function joining() {
   return html`<form class="joining" @submit=${join}><label for="door-code">${word('door.join')}</label>
-    <input id="door-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="8" required>
+    <input id="door-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="12" required>
     <button>${word('door.go')}</button></form>`;
 }
 
