@@ -1,2 +1,2 @@
 # The rooms that make the engine: pure functions of scenario, seed and log, from the lowest up.
-set(engine_rooms base threads memory param input record capture ode rigid fluid link game netcode sim session library)
+set(engine_rooms base threads memory param input record ode rigid fluid link game netcode sim session library)

@@ -252,9 +252,8 @@ typedef struct ll_capture_range {
 /* The interface of that name: `server`, or that of a player; NULL or empty: all. */
 ll_status ll_session_interface(const ll_session *session, const char *name, int *interface);
 
-/* The packets as a capture file for Wireshark (capture/format/pcapng.h), computed on a copy: as sent, and as
- * received. The players have connected before time 0. LL_CONFLICT: the kind sends no packets, or a link
- * splits segments of TCP. `write` gets pieces. */
+/* The packets as a capture file for Wireshark (docs/links.md), computed on a copy: as sent, and as received.
+ * The players have connected before time 0. LL_CONFLICT: the kind sends no packets. `write` gets pieces. */
 ll_status ll_session_capture(ll_session *session, const ll_capture_range *range,
                              void (*write)(void *context, const char *bytes, size_t length), void *context);
 /* The same on the caller's copy. */

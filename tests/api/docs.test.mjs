@@ -161,7 +161,7 @@ test('one digit of the code makes a figure of it stale, and no other', () => {
     ['src/ode/methods/boris.c', ['integrators']],
     ['src/base/detmath.c', Object.keys(rooms)],
     ['src/daemon/api/api.c', ['page']],
-    ['src/capture/format/ip.c', []],
+    ['src/cli/run.c', []],
     ['www/js/shell/header.js', ['page']],
   ])) {
     const text = readFileSync(path.join(copy, file), 'utf8');

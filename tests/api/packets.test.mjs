@@ -1,4 +1,4 @@
-// Captures of packets, read by tshark: what it counts is what the metrics count.
+// Captures of packets, read by tshark: what it counts is what the metrics count, as docs/links.md says.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -13,7 +13,12 @@ const FIELDS = [
   'frame.time_epoch',
   'ip.src',
   'ip.dst',
+  'ip.id',
+  'udp.srcport',
+  'udp.dstport',
   'frame.len',
+  'udp.length',
+  'ip.checksum.status',
   'udp.checksum.status',
   'frame.packet_flags_direction',
   'frame.comment',
@@ -46,14 +51,18 @@ function read(file) {
     .trimEnd()
     .split('\n')
     .map((line) => {
-      const [at, time, from, to, bytes, checksum, direction, comment] = line.split('|');
+      const [at, time, from, to, id, source, destination, bytes, datagram, ip, udp, direction, comment] = line.split('|');
+      assert.equal(ip, '1', 'the checksum of IPv4 is right');
       return {
         at,
         time_s: Number(time) - EPOCH_S,
         from,
         to,
+        id: Number(id),
+        ports: `${source} ${destination}`,
         bytes: Number(bytes),
-        good: checksum === '1',
+        payload: Number(datagram) - 8,
+        good: udp === '1',
         sent: Number(direction) === 2,
         comment,
       };
@@ -70,41 +79,94 @@ function run(scenario, ...more) {
   return { ...JSON.parse(out), packets: read(file), file };
 }
 
-/** @param {any} table of `bandwidth` @param {string[]} types @param {string} column */
-const total = (table, types, column) => types.reduce((sum, type) => sum + table[type][column], 0);
+/** @typedef {ReturnType<typeof read>} Packets */
+const UP = ['input', 'connect', 'ping'],
+  DOWN = ['state', 'refusal', 'relay', 'accept', 'pong'];
+const bytesOf = (/** @type {Packets} */ list) => list.reduce((sum, p) => sum + p.bytes, 0);
+/** How often these comments say so. @param {Packets} list @param {string[]} what */
+const said = (list, ...what) => what.reduce((sum, part) => sum + list.filter((p) => p.comment.includes(part)).length, 0);
 
-test('tshark counts the packets and bytes that the metrics count', () => {
-  const S = 7;
-  const { metrics, packets } = run(
-    'race',
-    '--duration',
-    String(S),
-    '--set',
-    'players.0.link.up.loss_pct=20',
-    '--set',
-    'players.1.lag_ms=0',
-    '--set',
-    'players.1.link.down.duplicate_pct=10',
-  );
-  assert.ok(packets.length > 2000);
-  for (const [i, player] of metrics.players.entries()) {
-    const address = `198.51.100.${i + 1}`;
-    const up = packets.filter((p) => p.sent && p.from === address),
-      down = packets.filter((p) => p.sent && p.to === address);
-    const b = player.bandwidth;
-    /** @param {{bytes: number}[]} list */
-    const bytes = (list) => list.reduce((sum, p) => sum + p.bytes, 0);
-    assert.equal(up.length / S, total(b, ['input', 'connect', 'ping'], 'packets_per_s'));
-    assert.equal(down.length / S, total(b, ['state', 'refusal', 'relay', 'accept', 'pong'], 'packets_per_s'));
-    assert.ok(Math.abs(bytes(up) / S - b.up_bytes_per_s) < 0.1, `${bytes(up) / S} ${b.up_bytes_per_s}`);
-    assert.ok(Math.abs(bytes(down) / S - b.down_bytes_per_s) < 0.1, `${bytes(down) / S} ${b.down_bytes_per_s}`);
-    assert.equal(up.filter((p) => p.comment.endsWith('; lost')).length, player.link_up.lost);
-    assert.equal(
-      packets.filter((p) => !p.sent && p.to === address && p.comment.endsWith('; duplicate')).length,
-      player.link_down.duplicated,
+/** Packets of one direction of player `i`. @param {Packets} packets @param {number} i @param {string} direction */
+const ofPlayer = (packets, i, direction) => packets.filter((p) => (direction === 'up' ? p.from : p.to) === `198.51.100.${i + 1}`);
+
+/** The counts of docs/links.md, in each direction of each player. @param {ReturnType<typeof run>} of @param {number} s of the run */
+function assertCounts({ metrics, packets }, s) {
+  for (const [i, player] of metrics.players.entries())
+    for (const direction of ['up', 'down']) {
+      const own = ofPlayer(packets, i, direction),
+        sent = own.filter((p) => p.sent),
+        link = player[`link_${direction}`],
+        at = `${direction} of player ${i}`;
+      assert.equal(sent.length, link.sent, at);
+      assert.equal(said(sent, '; lost', '; copy lost'), link.lost + link.trace_lost, at);
+      assert.equal(said(sent, '; dropped', '; copy dropped'), link.queue_drops + link.overflowed, at);
+      assert.equal(said(sent, '; corrupted', '; copy corrupted'), link.corrupted, at);
+      assert.equal(said(sent, '; duplicated'), link.duplicated, at);
+      assert.ok(Math.abs(bytesOf(sent) / s - player.bandwidth[`${direction}_bytes_per_s`]) < 1e-6, at);
+    }
+}
+
+test('tshark counts the packets and bytes of every transport that the metrics count', () => {
+  const S = 6;
+  for (const transport of ['udp', 'tcp', 'quic', 'webrtc']) {
+    const of = run(
+      'race',
+      '--duration',
+      String(S),
+      ...[
+        `server.transport=${transport}`,
+        'players.0.link.up.loss_pct=20',
+        'players.0.link.up.duplicate_pct=30',
+        'players.0.link.up.corrupt_pct=6',
+        'players.0.link.down.rate_kbps=48',
+        'players.0.link.down.limit_packets=2',
+        'players.1.link.down.mtu_bytes=90',
+        'players.1.link.down.loss_pct=5',
+      ].flatMap((one) => ['--set', one]),
     );
+    assertCounts(of, S);
+    const { link_up, link_down } = of.metrics.players[0],
+      split = of.metrics.players[1].link_down;
+    assert.ok(link_up.lost > 30 && link_up.duplicated > 50 && link_up.corrupted > 5 && link_down.queue_drops > 5, transport);
+    assert.ok(split.fragments > 100 && split.lost > 5, transport);
+    assert.ok(of.packets.every((p) => p.good || !p.sent));
+    assert.ok(of.packets.every((p) => p.bytes === 28 + p.payload));
+    assert.ok(of.packets.every((p) => transport === 'udp' || /^packet(;|$)/.test(p.comment)));
   }
-  assert.ok(packets.every((p) => p.good));
+});
+
+test('a link delivers what is received with a right checksum', () => {
+  const set = ['players.0.link.up.loss_pct=10', 'players.0.link.up.duplicate_pct=20', 'players.1.link.down.corrupt_pct=10'];
+  for (const transport of ['udp', 'quic']) {
+    const settings = [`server.transport=${transport}`, ...set].flatMap((one) => ['--set', one]);
+    const before = run('race', '--duration', '2', ...settings).metrics, // from then on no packet is older than the file
+      { metrics, packets } = run('race', '--duration', '8', ...settings);
+    for (const i of [0, 1])
+      for (const direction of ['up', 'down']) {
+        const came = ofPlayer(packets, i, direction).filter((p) => !p.sent && p.good && p.time_s > 2);
+        const [from, to] = [before, metrics].map((m) => m.players[i][`link_${direction}`].delivered);
+        assert.equal(came.length, to - from, `${transport} ${direction} of player ${i}`);
+      }
+  }
+});
+
+test('a packet of udp is named as its message is in the metrics, and has its payload', () => {
+  const S = 5;
+  const { metrics, packets } = run('race', '--duration', String(S), '--set', 'players.1.link.up.loss_pct=20');
+  for (const [i, player] of metrics.players.entries())
+    for (const [direction, types] of /** @type {[string, string[]][]} */ ([
+      ['up', UP],
+      ['down', DOWN],
+    ])) {
+      const sent = ofPlayer(packets, i, direction).filter((p) => p.sent);
+      for (const type of types) {
+        const own = sent.filter((p) => p.comment.split(';')[0] === type),
+          b = player.bandwidth[type];
+        assert.equal(own.length / S, b.packets_per_s, type);
+        assert.ok(Math.abs(own.reduce((sum, p) => sum + p.payload, 0) / S - b.payload_bytes_per_s) < 1e-6, type);
+      }
+      assert.ok(sent.every((p) => p.ports === (direction === 'up' ? `${50000 + i} 7777` : `7777 ${50000 + i}`)));
+    }
 });
 
 test('a packet arrives one lag after it was sent, at the interface of its receiver', () => {
@@ -117,103 +179,25 @@ test('a packet arrives one lag after it was sent, at the interface of its receiv
       came = packets.filter((p) => !p.sent && p.from === address);
     assert.ok(sent.every((p) => p.at === name) && came.every((p) => p.at === 'server'));
     assert.ok(came.length > 200);
-    const times = new Map(sent.map((p) => [p.comment, p.time_s]));
-    for (const p of came.filter((one) => times.has(one.comment)))
-      assert.ok(Math.abs(p.time_s - times.get(p.comment) - Number(lag_s)) < 1e-6);
+    const times = new Map(sent.map((p) => [p.id, p.time_s]));
+    for (const p of came) assert.ok(Math.abs(p.time_s - (times.get(p.id) ?? NaN) - Number(lag_s)) < 1e-6);
   }
   for (let i = 1; i < packets.length; i++) assert.ok(packets[i].time_s >= packets[i - 1].time_s, 'in the order of time');
 });
 
-/** Fields of every packet of a file, by tshark. @param {string} file @param {string[]} fields @param {string} filter */
-function fieldsOf(file, fields, filter = 'ip') {
-  const options = ['-n', '-r', file, '-o', 'tcp.check_checksum:TRUE', '-Y', filter, '-T', 'fields', '-E', 'separator=|'];
-  const result = spawnSync('tshark', [...options, ...fields.flatMap((field) => ['-e', field])], { encoding: 'utf8', maxBuffer: 1 << 28 });
-  assert.equal(result.status, 0, result.stderr);
-  return result.stdout
-    .split('\n')
-    .filter(Boolean)
-    .map((line) => line.split('|'));
-}
-
-test('packets of every transport have the bytes that the metrics count', () => {
-  const S = 8;
-  for (const transport of ['tcp', 'quic', 'webrtc']) {
-    const { metrics, file } = run(
-      'race',
-      '--duration',
-      String(S),
-      '--set',
-      `server.transport=${transport}`,
-      '--set',
-      'players.0.link.up.loss_pct=6',
-      '--set',
-      'players.1.link.down.loss_pct=3',
-    );
-    const all = fieldsOf(file, ['ip.src', 'ip.dst', 'frame.packet_flags_direction', 'frame.len', 'frame.comment']);
-    for (const [i, player] of metrics.players.entries())
-      for (const [end, direction] of ['up', 'down'].entries()) {
-        const rows = all.filter((row) => row[end] === `198.51.100.${i + 1}` && Number(row[2]) === 2);
-        const said = `${transport} ${direction} of player ${i}`;
-        assert.equal(rows.length, player[`link_${direction}`].sent, said);
-        assert.equal(rows.filter((row) => row[4].endsWith('; lost')).length, player[`link_${direction}`].lost, said);
-        const bytes = rows.reduce((sum, row) => sum + Number(row[3]), 0) / S;
-        assert.ok(Math.abs(bytes - player.bandwidth[`${direction}_bytes_per_s`]) < 0.1, said);
-      }
-  }
-});
-
-test("tshark's analysis of TCP finds what was sent again, in order, with right checksums", () => {
-  const { file } = run(
-    'race',
-    '--duration',
-    '12',
-    '--set',
-    'server.transport=tcp',
-    '--set',
-    'players.1.link.up.loss_pct=5',
-    '--pcap-at',
-    'B',
-  );
-  const B = 'ip.src == 198.51.100.2';
-  const places = fieldsOf(file, ['frame.interface_name']);
-  assert.ok(places.every(([name]) => name === 'player B'));
-  const rows = fieldsOf(file, ['tcp.seq', 'tcp.len', 'tcp.checksum.status', 'frame.comment', 'tcp.analysis.retransmission'], B);
-  assert.ok(rows.length > 600 && rows.every((row) => row[2] === '1'));
-  const again = rows.filter((row) => row[3].includes('sent again'));
-  assert.ok(again.length > 10);
-  // Each is one for tshark, too; of an odd few it says that they were out of order or not needed, by their times.
-  const found = fieldsOf(
-    file,
-    ['frame.comment'],
-    `${B} && (${['retransmission', 'fast_retransmission', 'spurious_retransmission', 'out_of_order']
-      .map((what) => `tcp.analysis.${what}`)
-      .join(' || ')})`,
-  );
+test('the file has the packets of one interface, and refuses one that there is not', async () => {
+  const all = run('race', '--duration', '3').packets,
+    server = run('race', '--duration', '3', '--pcap-at', 'server').packets;
   assert.deepEqual(
-    found.map(([comment]) => comment),
-    again.map((row) => row[3]),
+    server,
+    all.filter((p) => p.at === 'server'),
   );
-  // A stream without gaps at its sender: a new segment begins where those before have ended, one that is sent again before that.
-  let end = Number(rows[0][0]);
-  for (const [seq, length, , comment] of rows.filter((row) => Number(row[1]) > 0)) {
-    assert.equal(Number(seq) === end, !comment.includes('sent again'), comment);
-    assert.ok(Number(seq) <= end, comment);
-    end = Math.max(end, Number(seq) + Number(length));
-  }
-  // Every acknowledgement is of bytes that were sent.
-  const acks = fieldsOf(file, ['tcp.ack'], 'ip.dst == 198.51.100.2').map(([ack]) => Number(ack));
-  assert.ok(acks.every((ack, i) => ack <= end && (i === 0 || ack >= acks[i - 1])));
-});
-
-test('a segment of TCP that a link splits, and an interface that there is not, are refused', async () => {
   const refused = (/** @type {string[]} */ ...more) => {
     const file = path.join(folder, 'refused.pcapng');
     const result = spawnSync(BINARY, ['run', 'race', '--duration', '1', '--pcap', file, ...more], { encoding: 'utf8' });
     assert.notEqual(result.status, 0);
     return result.stderr;
   };
-  const split = ['--set', 'server.transport=tcp', '--set', 'players.0.link.down.mtu_bytes=90'];
-  assert.match(refused(...split), /packets: mtu_bytes must be at least \d+, or 0, with transport tcp/);
   assert.match(refused('--pcap-at', 'C'), /at: must be one of server, A, B; got `C`/);
   const made = await c.make({ paused: true });
   const answer = await c.get(`${made.links.packets}?at=Q`);
@@ -231,13 +215,14 @@ test('a corrupted packet arrives with a wrong checksum, fragments have a header 
     '--set',
     'players.2.link.down.mtu_bytes=100',
   );
-  const bad = packets.filter((p) => !p.good);
-  assert.equal(bad.length, packets.filter((p) => !p.sent && p.comment.endsWith('arrives corrupted')).length);
-  assert.ok(bad.length > 10 && bad.every((p) => p.from === '198.51.100.4'));
-  const split = packets.filter((p) => p.sent && p.to === '198.51.100.3' && p.comment.includes('fragment 1 of '));
-  assert.equal(split.length, metrics.players[2].link_down.split);
-  const first = packets.filter((p) => p.sent && p.to === '198.51.100.3' && p.comment.startsWith(`${split[5].comment.split(';')[0]};`));
-  assert.ok(first.slice(0, -1).every((p) => p.bytes === 28 + 4 + 100));
+  const bad = packets.filter((p) => !p.good),
+    damaged = new Set(packets.filter((p) => p.comment.endsWith('; corrupted')).map((p) => p.id));
+  assert.ok(bad.length > 10 && bad.every((p) => !p.sent && p.from === '198.51.100.4' && damaged.has(p.id)));
+  // Those of one message follow each other: all but the last are full.
+  const parts = packets.filter((p) => p.sent && p.to === '198.51.100.3' && p.comment.startsWith('state')),
+    { split, fragments } = metrics.players[2].link_down;
+  assert.ok(split > 50 && parts.filter((p) => p.payload === 4 + 100).length >= fragments - split);
+  assert.ok(parts.every((p) => p.payload <= 4 + 100));
 });
 
 test('a session has its packets by HTTP: those of a time, equal to those of a run', async () => {

@@ -10,9 +10,8 @@
 typedef struct ll_packet {
     ll_time sent;
     int32_t player;
-    bool up; /* to the server */
-    int32_t
-        transport; /* ll_transport_kind; udp: a message, or a part of it; others: link/transport/segment.h */
+    bool up;                       /* to the server */
+    const char *name;              /* type of the message, as metrics name it; "packet": of a transport */
     const ll_link_packet *on_link; /* what became of it, and the message or packet that the link got */
     const void *bytes;             /* those of it that this packet contains */
     int32_t size;

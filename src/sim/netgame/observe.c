@@ -311,7 +311,10 @@ static void record_packet(void *context, const ll_link_packet *on_link)
 {
     ll_packet_tap *tap = context;
     int32_t begin = on_link->index * tap->mtu, left = on_link->size - begin;
+    ll_message_head head;
+    memcpy(&head, on_link->message, sizeof head); /* packets of a transport are longer, too */
     tap->packet.sent = *tap->now;
+    tap->packet.name = tap->plain ? ll_netgame_message_names[head.type] : "packet";
     tap->packet.on_link = on_link;
     tap->packet.bytes = (const char *)on_link->message + begin;
     tap->packet.size = on_link->count > 1 && left > tap->mtu ? tap->mtu : left;
@@ -325,7 +328,8 @@ void ll_netgame_tap(const ll_netgame_run *run, int player, bool up, ll_packet_ta
     tap->recorder = run->recorder;
     tap->now = &run->game->now;
     tap->mtu = (int32_t)tap->plan.params->mtu_bytes;
-    tap->packet = (ll_packet){.player = player, .up = up, .transport = run->game->config.server.transport};
+    tap->plain = ll_transport_plain((int)run->game->config.server.transport);
+    tap->packet = (ll_packet){.player = player, .up = up};
     tap->link_tap = (ll_link_tap){record_packet, tap};
     tap->plan.tap = &tap->link_tap;
 }

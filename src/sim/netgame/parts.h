@@ -74,6 +74,8 @@ int ll_netgame_transport_take(ll_netgame_run *run, int player, int side, void *m
 void ll_netgame_transport_settle(ll_netgame_run *run, int player, int side);
 void ll_netgame_transport_timers(ll_netgame_run *run, int player);
 
+extern const char *const ll_netgame_message_names[LL_MESSAGES + 1]; /* traffic.c; NULL-terminated */
+
 /* observe.c: a plan of a link on which every packet is recorded; `tap` holds it, and must not move */
 typedef struct ll_packet_tap {
     ll_link_plan plan;
@@ -81,6 +83,7 @@ typedef struct ll_packet_tap {
     const ll_recorder *recorder;
     const ll_time *now;
     int32_t mtu;
+    bool plain; /* packets are messages */
     ll_packet packet;
 } ll_packet_tap;
 

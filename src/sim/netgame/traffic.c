@@ -5,12 +5,16 @@
 
 #include "base/detmath.h"
 #include "record/integers.h"
+#include "sim/netgame/parts.h"
 #include "sim/netgame/transport.h"
 
 static double ratio(double a, double b)
 {
     return ll_netgame_ratio(a, b);
 }
+
+const char *const ll_netgame_message_names[LL_MESSAGES + 1] = {
+    "", "input", "state", "refusal", "relay", "connect", "accept", "ping", "pong", NULL};
 
 /* ---- bandwidth ---- */
 
@@ -44,15 +48,14 @@ const ll_metric_table ll_netgame_bandwidth_table = {
 
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 {
-    static const char *const names[LL_MESSAGES] = {NULL,      "input",  "state", "refusal", "relay",
-                                                   "connect", "accept", "ping",  "pong"};
     static const bool ups[LL_MESSAGES] = {
         [LL_MESSAGE_INPUT] = true, [LL_MESSAGE_CONNECT] = true, [LL_MESSAGE_PING] = true};
     const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
     double seconds = ll_netgame_measured_s(g, in), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
-        LL_METRICS_PUT(cJSON_AddObjectToObject(o, names[type]), &ll_netgame_message_table, MESSAGES);
+        LL_METRICS_PUT(cJSON_AddObjectToObject(o, ll_netgame_message_names[type]), &ll_netgame_message_table,
+                       MESSAGES);
         *(ups[type] ? &up : &down) += (double)in->traffic.wire_bytes[type];
     }
     if (ll_netgame_transport(g, self)) {
@@ -309,12 +312,9 @@ typedef struct traffic_row {
     int64_t messages, packets, bytes, wire_bytes;
 } traffic_row;
 
-static const char *const message_names[] = {"",        "input",  "state", "refusal", "relay",
-                                            "connect", "accept", "ping",  "pong",    NULL};
-
 static const ll_record_field traffic_fields[] = {
     LL_INT(traffic_row, player, NULL, "index of the player"),
-    LL_ENUM(traffic_row, message, message_names,
+    LL_ENUM(traffic_row, message, ll_netgame_message_names,
             "type; input, connect and ping go to the server, the others to the player"),
     LL_INT(traffic_row, messages, NULL, "messages sent"),
     LL_INT(traffic_row, packets, NULL, "packets in which they were sent, repetitions included"),
