@@ -248,6 +248,29 @@ static void test_a_copy_keeps_its_pages(void **state)
     }
 }
 
+static bool begins_a_tick(ll_session *s, ll_time wall)
+{
+    ll_background_tick *tick;
+    must(ll_session_begin_background_tick(s, wall, &tick));
+    ll_background_tick_free(tick);
+    return tick != NULL;
+}
+
+/* Of a paused session, before the time of the next tick, and of a parked session. */
+static void test_a_tick_that_is_not_due_does_not_begin(void **state)
+{
+    (void)state;
+    ll_session *s = open_session("crates");
+    must(ll_session_run_to(s, 20));
+    assert_false(begins_a_tick(s, LL_SECOND));
+    begin(s, "{\"op\":\"play\"}");
+    assert_false(begins_a_tick(s, 0));
+    assert_true(begins_a_tick(s, LL_SECOND));
+    ll_session_park(s);
+    assert_false(begins_a_tick(s, LL_SECOND));
+    ll_session_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -258,6 +281,7 @@ int main(void)
         cmocka_unit_test(test_an_interrupt_reports_progress),
         cmocka_unit_test(test_a_fork_is_as_its_log),
         cmocka_unit_test(test_a_copy_keeps_its_pages),
+        cmocka_unit_test(test_a_tick_that_is_not_due_does_not_begin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -199,6 +199,27 @@ static void the_queue_of_a_capacity_has_both_limits(void **state)
     path_close(&p);
 }
 
+/* A packet meets the queue when it comes to it, a lag after it was sent: those that have left by then are no
+ * longer in it. */
+static void a_capacitys_queue_is_full_when_a_packet_comes_to_it(void **state)
+{
+    (void)state;
+    path p;
+    path_open(&p);
+    p.given->capacity_ms[0] = 10;
+    p.given->capacity_count = 1;
+    p.params.limit_packets = 3;
+    path_settle(&p);
+    for (int i = 0; i < 20; i++) /* each leaves 10 ms after it came, and two others are on their way to it */
+        assert_int_equal(send(&p, i * 10 * LL_MS, 1504 - 28).queued, 10 * LL_MS);
+    for (int i = 0; i < 5; i++) /* come at 220 ms, when the last of these leaves; leave at 230, 240, 250 */
+        assert_int_equal(send(&p, 200 * LL_MS, 1504 - 28).fate, i < 3 ? LL_FATE_DELIVERED : LL_FATE_OVERFLOW);
+    for (int i = 0; i < 3; i++) /* come at 235 ms: one has left */
+        assert_int_equal(send(&p, 215 * LL_MS, 1504 - 28).fate, i < 1 ? LL_FATE_DELIVERED : LL_FATE_OVERFLOW);
+    assert_int_equal(ll_link_get_stats(p.link)->queue_drops, 4);
+    path_close(&p);
+}
+
 /* Under a rate, and so under a capacity, jitter never changes the order. */
 static void a_capacity_never_reorders(void **state)
 {
@@ -479,6 +500,7 @@ int main(void)
         cmocka_unit_test(the_trace_of_one_is_12_mbit_per_s),
         cmocka_unit_test(packets_leave_as_mahimahi_lets_them),
         cmocka_unit_test(the_queue_of_a_capacity_has_both_limits),
+        cmocka_unit_test(a_capacitys_queue_is_full_when_a_packet_comes_to_it),
         cmocka_unit_test(a_capacity_never_reorders),
         cmocka_unit_test(a_trace_of_delays_holds_and_repeats),
         cmocka_unit_test(a_table_has_netems_scale),

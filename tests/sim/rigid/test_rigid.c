@@ -478,6 +478,30 @@ static void a_drawn_chain_may_spring(void **state)
     ll_session_destroy(s);
 }
 
+/* What a page draws of each body, and what it counts. */
+static void the_bodies_that_are_awake_are_those_counted(void **state)
+{
+    (void)state;
+    ll_session *s = library("rigid/domino"); /* stones wake one after the other */
+    int most = 0;
+    for (int64_t tick = 0; tick <= 300; tick += 30) {
+        run_to(s, tick);
+        cJSON *report = ll_session_metrics(s), *metrics = cJSON_GetObjectItem(report, "metrics"), *body;
+        int bodies = 0, awake = 0;
+        cJSON_ArrayForEach(body, cJSON_GetObjectItem(metrics, "bodies"))
+        {
+            bodies++;
+            awake += cJSON_IsTrue(cJSON_GetObjectItem(body, "awake"));
+        }
+        assert_true(awake < bodies); /* the floor never is */
+        assert_int_equal(awake, (int)cJSON_GetObjectItem(metrics, "awake")->valuedouble);
+        most = awake > most ? awake : most;
+        cJSON_Delete(report);
+    }
+    assert_true(most >= 10);
+    ll_session_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -497,6 +521,7 @@ int main(void)
         cmocka_unit_test(created_energy_is_a_failure),
         cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
+        cmocka_unit_test(the_bodies_that_are_awake_are_those_counted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
