@@ -179,8 +179,6 @@ static void changes_at_random(void **state)
         "lockstep_pipelined",
         "bucket",
         "mesh",
-        "host_migration",
-        "relay_migration",
         "spectators",
         "swarm_interest",
         "aim_bot",
@@ -213,7 +211,6 @@ static void another_layout_is_refused(void **state)
     static const char *const sets[][3] = {
         {"race", "{\"server.snapshot_encoding\":\"partial_delta\"}", "server.snapshot_encoding"},
         {"swarm_interest", "{\"server\":{\"snapshot_encoding\":\"delta\"}}", "server.snapshot_encoding"},
-        {"host_migration", "{\"server.sync\":\"rollback\"}", "server.sync"},
     };
     for (size_t i = 0; i < sizeof sets / sizeof sets[0]; i++) {
         cJSON *json, *patch = cJSON_Parse(sets[i][1]);
