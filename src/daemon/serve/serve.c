@@ -154,20 +154,13 @@ static ll_status open_store(daemon_parts *d)
 
 /* ---- running ---- */
 
-static void log_web_server(void *context, const char *level, const char *message)
-{
-    (void)context;
-    ll_log_write(level, "web server", "%s", message);
-}
-
 static ll_status open_web_server(daemon_parts *d, const ll_http_app *app, const ll_ws_hooks *hooks)
 {
     ll_web_server *before = d->waiting;
     d->waiting = NULL;
     if (!before)
-        return ll_web_server_open(&d->web_server_config, app, hooks, log_web_server, NULL, &d->web_server);
-    return ll_web_server_open_after(before, &d->web_server_config, app, hooks, log_web_server, NULL,
-                                    &d->web_server);
+        return ll_web_server_open(&d->web_server_config, app, hooks, &d->web_server);
+    return ll_web_server_open_after(before, &d->web_server_config, app, hooks, &d->web_server);
 }
 
 /* An operator who has exchanged name and key sees it. */

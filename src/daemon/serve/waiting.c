@@ -52,5 +52,5 @@ ll_status ll_waiting_open(const ll_web_server_config *config, ll_web_server **we
     small.www[0] = '\0';
     small.http_threads = small.stream_threads = small.control_threads = 1;
     small.io_uring = 0;
-    return ll_web_server_open(&small, &app, &hooks, NULL, NULL, web_server);
+    return ll_web_server_open(&small, &app, &hooks, web_server);
 }
