@@ -11,7 +11,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
-import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
+import { folderOf, roomsOf } from '../bench/rooms.mjs';
 import { clientTypes } from './clients.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
@@ -770,18 +770,10 @@ const RESULTS = [
   },
 ];
 
-/** Whether the code that a result speaks of is that which was measured. @param {string} name @param {Map<string, string>} head */
-export function ageDoc(name, head, root = ROOT) {
-  const rooms = roomsOf(name)
-    .map((room) => code(folderOf(room)))
-    .join(', ');
-  const told = head.get('rooms'),
-    now = fingerprint(name, root);
-  const measured = `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}.`;
-  if (told === now) return `${measured} The measured code (${rooms}) has not changed since.`;
-  const since =
-    told === undefined ? 'the result has no fingerprint of the code, so assume that the code has changed' : 'the code has changed since';
-  return `**${measured} Older than the code:** ${since} (${rooms}).\n${code(head.get('command') ?? './dev bench')} measures it again.`;
+/** When a result was measured, and of which rooms it speaks. @param {string} name @param {Map<string, string>} head */
+function measuredDoc(name, head) {
+  const rooms = roomsOf(name).map((room) => code(folderOf(room)));
+  return `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}. Measured code: ${rooms.join(', ')}.`;
 }
 
 function resultDoc({ name, title, by, columns }) {
@@ -800,7 +792,7 @@ function resultDoc({ name, title, by, columns }) {
     .join('; ');
   return [
     `### ${title}`,
-    ageDoc(name, new Map(comments)),
+    measuredDoc(name, new Map(comments)),
     table(
       [...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
       [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))]),
@@ -1103,8 +1095,8 @@ export function generate(binary) {
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/paper.md', paperDoc()],
-    ['docs/published.md', publishedDoc(parseCsv, ageDoc)],
-    ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, ageDoc)],
+    ['docs/published.md', publishedDoc(parseCsv, measuredDoc)],
+    ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, measuredDoc)],
     ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
