@@ -149,7 +149,7 @@ function changeDigit(file) {
 /** A copy of what the generator and the benchmarks read. */
 function copyTree() {
   const copy = mkdtempSync(path.join(tmpdir(), 'laglab-tree-'));
-  for (const folder of ['src', 'www', 'docs', 'bench', 'api', 'scenarios', 'tests/rigid', 'clients/js', 'package.json'])
+  for (const folder of ['src', 'www', 'docs', 'bench', 'api', 'scenarios', 'tests/rigid', 'package.json'])
     cpSync(path.join(ROOT, folder), path.join(copy, folder), { recursive: true, filter: (name) => path.basename(name) !== 'node_modules' });
   symlinkSync(path.join(ROOT, 'node_modules'), path.join(copy, 'node_modules'));
   return copy;
@@ -208,8 +208,11 @@ function scenarios(folder = 'scenarios') {
 
 const ajv = new Ajv({ strict: true, strictTypes: false, strictRequired: false, allErrors: true, keywords: ['x-unit', 'x-live'] });
 
-test('every scenario fits api/scenario.schema.json', () => {
-  const validate = ajv.compile(JSON.parse(read('api/scenario.schema.json')));
+/** As the build writes it next to the program. */
+const scenarioSchema = () => JSON.parse(readFileSync(path.join(path.dirname(BINARY), 'api/scenario.schema.json'), 'utf8'));
+
+test('every scenario fits scenario.schema.json', () => {
+  const validate = ajv.compile(scenarioSchema());
   const files = scenarios().filter((file) => !file.startsWith('scenarios/experiments/'));
   assert.ok(files.length >= 12);
   for (const file of files) assert.ok(validate(JSON.parse(read(file))), `${file}: ${ajv.errorsText(validate.errors)}`);
@@ -225,7 +228,7 @@ test('every experiment fits its schema, which refuses an unknown key', () => {
 });
 
 test('the schema refuses what the program refuses', () => {
-  const validate = ajv.getSchema('') ?? ajv.compile(JSON.parse(read('api/scenario.schema.json')));
+  const validate = ajv.getSchema('') ?? ajv.compile(scenarioSchema());
   const race = JSON.parse(read('scenarios/race.json'));
   const wrong = {
     'an unknown key': { ...race, colour: 'red' },
