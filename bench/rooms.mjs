@@ -21,7 +21,7 @@ export const ROOMS = {
   hostile: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
   chaos: [...GAME, 'ode', 'library', 'experiment'],
-  cluster: [...DAEMON, 'experiment'],
+  shards: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
   page: [...DAEMON, 'www'],

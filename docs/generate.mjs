@@ -15,7 +15,6 @@ import { folderOf, roomsOf } from '../bench/rooms.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
 import { publishedDoc } from './published.mjs';
-import { capacityDoc, gapsDoc, totalsDoc } from './scale.mjs';
 import { tradeoffDoc } from './tradeoff.mjs';
 import { asyncSchemas, namesModule, recordsModule, rowsModule } from './records.mjs';
 
@@ -936,14 +935,44 @@ function chaosDoc() {
   );
 }
 
-const result = (/** @type {string} */ name) =>
-  existsSync(path.join(ROOT, `bench/results/${name}.csv`)) ? parseCsv(read(`bench/results/${name}.csv`)) : null;
-
+/** What one daemon carries, and what became of shards that were disturbed. */
 function scaleDoc() {
+  const middle = (/** @type {any[]} */ rows, /** @type {string} */ name) => {
+    const sorted = rows.map((row) => Number(row[name])).sort((a, b) => a - b);
+    return sorted[Math.floor(sorted.length / 2)];
+  };
   return {
-    capacity: capacityDoc(result('streams'), result('cluster/store'), table),
-    cluster: held('cluster', 'bench/run cluster', ([row]) => totalsDoc(row, table)),
-    gaps: held('cluster/gaps', 'bench/run cluster', (rows) => gapsDoc(rows, table)),
+    capacity: held('capacity', 'bench/run capacity', (rows) =>
+      table(
+        ['Sessions', 'Viewers', 'Frames/s of each', 'Frames lost', 'Interval p99, ms', 'CPU, % of a core', 'Memory, MB'],
+        [...new Set(rows.map((row) => row.sessions))].map((sessions) => {
+          const of = rows.filter((row) => row.sessions === sessions);
+          const figures = ['viewers', 'hz', 'lost', 'interval_p99_ms', 'cpu_pct', 'rss_mb'].map((name) => middle(of, name));
+          return [whole(sessions), whole(figures[0]), ...figures.slice(1)];
+        }),
+      ),
+    ),
+    shards: held('shards', 'bench/run shards', ([row]) =>
+      table(
+        ['Figure', 'Value'],
+        [
+          ['Sessions, classes, faults, seconds', `${row.sessions}, ${row.classes}, ${row.faults}, ${whole(row.wall_s)}`],
+          ['Acknowledged commands; lost; stored twice', `${whole(row.acknowledged)}; ${row.lost}; ${row.twice}`],
+          ['Commands without a good answer; of these stored', `${whole(row.unanswered)}; ${whole(row.unanswered_stored)}`],
+          ['Replays; with another hash', `${whole(row.replayed)}; ${row.replays_differ}`],
+          ['Runs of the same commands in an undisturbed daemon; with another hash', `${whole(row.twins)}; ${row.twins_differ}`],
+          ['Votes; losses of classes', `${whole(row.votes)}; ${row.classes_lost}`],
+          ['Most ticks that a view went back', row.back_ticks],
+          ['Latency of a command without faults, p50 and p99, ms', `${row.command_p50_ms}, ${row.command_p99_ms}`],
+        ],
+      ),
+    ),
+    gaps: held('shards/gaps', 'bench/run shards', (rows) =>
+      table(
+        ['What happened', 'Times', 'Viewers without frames', 'p50, s', 'p99, s', 'longest, s'],
+        rows.map((row) => [row.fault, row.times, whole(row.viewers), row.gap_p50_s, row.gap_p99_s, row.gap_max_s]),
+      ),
+    ),
   };
 }
 

@@ -7,15 +7,16 @@ import test from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { parseDocument } from 'yaml';
 import { sbom } from '../../deploy/sbom.mjs';
+import { BINARY } from '../lib/daemon.mjs';
 import { parse, pods, problems as problemsOf, typeErrors } from '../lib/objects.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..'),
-  K8S = path.join(ROOT, 'deploy/k8s');
-const FOLDERS = ['daemon', 'workers'];
+  DEPLOY = path.join(ROOT, 'deploy');
+const FOLDERS = ['shards', 'k8s/workers'];
 
 /** @typedef {import('../lib/objects.mjs').Thing} Thing */
 
-const read = (/** @type {string} */ folder, /** @type {string} */ name) => readFileSync(path.join(K8S, folder, name), 'utf8');
+const read = (/** @type {string} */ folder, /** @type {string} */ name) => readFileSync(path.join(DEPLOY, folder, name), 'utf8');
 const kustomization = (/** @type {string} */ folder) => parse(read(folder, 'kustomization.yaml'))[0];
 const objects = () =>
   FOLDERS.flatMap((folder) => kustomization(folder).resources.flatMap((/** @type {string} */ name) => parse(read(folder, name))));
@@ -23,11 +24,19 @@ const problems = (/** @type {Thing[]} */ all) => problemsOf(all, FOLDERS.map((fo
 
 test('Kubernetes objects have valid fields and types, and match each other', () => {
   const all = objects();
-  assert.deepEqual(all.map((thing) => thing.kind).sort(), ['Job', 'NetworkPolicy', 'PodDisruptionBudget', 'Service', 'StatefulSet']);
+  assert.deepEqual(all.map((thing) => `${thing.kind} ${thing.metadata.name}`).sort(), [
+    'Deployment laglab-proxy',
+    'Job laglab-workers',
+    'NetworkPolicy laglab',
+    'PodDisruptionBudget laglab',
+    'Service laglab',
+    'Service laglab-proxy',
+    'StatefulSet laglab',
+  ]);
   assert.deepEqual(typeErrors([all]), [[]]);
   assert.deepEqual(problems(all), []);
   const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
-  for (const folder of FOLDERS) assert.deepEqual(kustomization(folder).images, [{ name: 'laglab', newTag: version }]);
+  for (const folder of FOLDERS) assert.deepEqual(kustomization(folder).images[0], { name: 'laglab', newTag: version });
 });
 
 test('mistakes in them are found', () => {
@@ -207,7 +216,7 @@ test('mistakes in them are found', () => {
   ];
   const changed = (/** @type {(all: Record<string, Thing>) => void} */ change) => {
     const all = objects();
-    change(Object.fromEntries(all.map((thing) => [thing.kind, thing])));
+    change(Object.fromEntries(all.filter((thing) => !/proxy/.test(thing.metadata.name)).map((thing) => [thing.kind, thing])));
     return all;
   };
   typeErrors(typed.map(([, change]) => changed(change))).forEach((errors, i) =>
@@ -272,20 +281,50 @@ test('the image is built on a base that is pinned, and its two stages on the sam
   for (const [, base] of bases) assert.ok(base === '${BASE}' || own.includes(base), `FROM ${base}`);
 });
 
+test('proxies, compose file and Kubernetes have the same shards at the same names', () => {
+  const haproxy = read('shards', 'haproxy.cfg'),
+    servers = (/** @type {string} */ part) => [...part.matchAll(/^ +server (\S+) (\S+)$/gm)].map(([, name, at]) => [name, at]),
+    own = haproxy.indexOf('\nbackend s0\n');
+  const wanted = [0, 1, 2].map((i) => [`s${i}`, `laglab-${i}.laglab:8080`]);
+  assert.deepEqual(servers(haproxy.slice(0, own)), wanted);
+  assert.deepEqual(servers(haproxy.slice(own)), wanted);
+  assert.deepEqual(
+    [...haproxy.slice(own).matchAll(/^backend (\w+)$/gm)].map(([, name]) => name),
+    wanted.map(([name]) => name),
+  );
+  const nginx = read('shards', 'nginx.conf');
+  for (const [name] of wanted) assert.match(nginx, new RegExp(`^ +${name} +laglab-${name};$[^]*^upstream laglab-${name} `, 'm'));
+  const [{ services, volumes }] = parse(read('shards', 'compose.yaml'));
+  for (const [name, at] of wanted) {
+    const { command, networks, volumes: own_volumes } = services[name];
+    assert.equal(command[command.indexOf('--shard') + 1], name);
+    assert.deepEqual([networks.inside.aliases, own_volumes], [[at.replace(':8080', '')], [`${name}:/data`]]);
+    assert.ok(name in volumes && services.haproxy.depends_on.includes(name));
+    const { status, stderr } = spawnSync(BINARY, [...command.slice(0, -1), '127.0.0.1', '--help'], { encoding: 'utf8' });
+    assert.equal(status, 0, stderr);
+  }
+  const set = objects().find((thing) => thing.kind === 'StatefulSet');
+  assert.deepEqual([set?.spec.replicas, `${set?.metadata.name}-0.${set?.spec.serviceName}:8080`], [wanted.length, wanted[0][1]]);
+  assert.match(set?.spec.template.spec.containers[0].args.join(' '), / --shard s\$\(INDEX\) /);
+});
+
 const kubectl = spawnSync('kubectl', ['version', '--client']).status === 0;
 test('Kustomize makes the same objects of them', { skip: kubectl ? false : 'kubectl is not installed' }, () => {
   const rendered = FOLDERS.flatMap((folder) => {
-    const result = spawnSync('kubectl', ['kustomize', path.join(K8S, folder)], { encoding: 'utf8' });
+    const result = spawnSync('kubectl', ['kustomize', path.join(DEPLOY, folder)], { encoding: 'utf8' });
     assert.equal(result.status, 0, result.stderr);
     return parse(result.stdout);
   });
   assert.deepEqual(
-    rendered.map((thing) => thing.kind).sort(),
+    rendered
+      .map((thing) => thing.kind)
+      .filter((kind) => kind !== 'ConfigMap')
+      .sort(),
     objects()
       .map((thing) => thing.kind)
       .sort(),
   );
   assert.deepEqual(typeErrors([rendered]), [[]]);
-  assert.deepEqual(problems(rendered), []);
-  assert.match(pods(rendered)[0].spec.template.spec.containers[0].image, /^laglab:\d/);
+  assert.deepEqual(problems(rendered.filter((thing) => thing.kind !== 'ConfigMap')), []);
+  for (const pod of pods(rendered)) assert.match(pod.spec.template.spec.containers[0].image, /^(laglab|haproxy):\d/);
 });

@@ -1,4 +1,4 @@
-// Shards behind HAProxy as deploy/haproxy.cfg has it, on loopback.
+// Shards behind a proxy as deploy/shards configures it, on loopback.
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -6,22 +6,52 @@ import { fileURLToPath } from 'node:url';
 import { startProxy } from '../../bench/proxies/proxies.mjs';
 import { startDaemon } from './daemon.mjs';
 
-const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const DEPLOY = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../deploy/shards');
+const read = (/** @type {string} */ name) => readFileSync(path.join(DEPLOY, name), 'utf8');
 
-/**
- * deploy/haproxy.cfg with these servers, each by its name and address, and `more` lines in each backend.
- * @param {string} bind @param {Record<string, string>} servers @param {string} [more]
- */
-export function haproxyConfig(bind, servers, more = '') {
-  const lines = Object.entries(servers).map(([name, address]) => `    server ${name} ${address}\n`);
-  return readFileSync(path.join(ROOT, 'deploy/haproxy.cfg'), 'utf8')
-    .replace('bind :8080', `bind ${bind}`)
-    .replace('maxconn 20000', 'maxconn 4096') // a process here may have few descriptors
-    .replaceAll(/(?:^ +server \w+ \S+\n)+/gm, more + lines.join(''));
+/** `text` with another part in place of the one that the expression finds; it must be there. */
+function put(/** @type {string} */ text, /** @type {RegExp} */ found, /** @type {string} */ other) {
+  if (!found.test(text)) throw new Error(`not in the configuration: ${found}`);
+  return text.replace(found, () => other);
 }
 
-/** Each has a folder of its own. `wish.args`: of every daemon. @param {string[]} names @param {{args?: string[]}} [wish] */
-export async function startShards(names, { args = [] } = {}) {
+/** @typedef {[name: string, address: string][]} Servers */
+
+/** deploy/shards/haproxy.cfg for these shards, whose addresses are numbers. @param {string} bind @param {Servers} servers */
+export function haproxyConfig(bind, servers) {
+  const [any, own] = [([name, at]) => `    server ${name} ${at}\n`, ([name, at]) => `backend ${name}\n    server ${name} ${at}\n`].map(
+    (line) => servers.map(line).join(''),
+  );
+  let text = read('haproxy.cfg');
+  text = put(text, /(?:^ +server \w+ laglab\S+\n)+(?=\n)/m, any);
+  text = put(text, /(?:^backend \w+\n +server \w+ laglab\S+\n)+$/m, own);
+  text = put(text, /^resolvers names\n(?: .*\n)+/m, '');
+  text = put(text, /^ +default-server resolvers .*\n/m, '');
+  text = put(text, /maxconn 20000/, 'maxconn 4096'); // a process here may have few descriptors
+  return put(text, /bind :8080/, `bind ${bind}`);
+}
+
+/** deploy/shards/nginx.conf for these shards, in a file that runs by itself. @param {string} listen @param {Servers} servers */
+export function nginxConfig(listen, servers) {
+  let text = read('nginx.conf');
+  text = put(text, /(?:^ +s\d +laglab-s\d;\n)+/m, servers.map(([name]) => `    ${name} laglab-${name};\n`).join(''));
+  text = put(text, /(?:^ +server 10\S+;\n){3}/m, servers.map(([, at]) => `    server ${at};\n`).join(''));
+  text = put(
+    text,
+    /(?:^upstream laglab-s\d \{\n.*\n\}\n)+/m,
+    servers.map(([name, at]) => `upstream laglab-${name} { server ${at}; }\n`).join(''),
+  );
+  text = put(text, /listen 80;/, `listen ${listen};`);
+  const temporary = ['client_body', 'proxy', 'fastcgi', 'uwsgi', 'scgi'].map((what) => `${what}_temp_path tmp;\n`).join('');
+  return `worker_processes 1;\npid nginx.pid;\nerror_log stderr warn;\ndaemon off;\nevents { worker_connections 2048; }
+http {\naccess_log off;\n${temporary}${text}}\n`;
+}
+
+/**
+ * Each has a folder of its own. `proxy`: haproxy or nginx. `args`: of every daemon.
+ * @param {string[]} names @param {{proxy?: string, args?: string[]}} [wish]
+ */
+export async function startShards(names, { proxy: kind = 'haproxy', args = [] } = {}) {
   const shards = /** @type {Record<string, Awaited<ReturnType<typeof startDaemon>>>} */ ({}),
     folders = /** @type {Record<string, string>} */ ({});
   const start = async (/** @type {string} */ name, listen = '127.0.0.1:0') => {
@@ -38,8 +68,8 @@ export async function startShards(names, { args = [] } = {}) {
   };
   try {
     await Promise.all(names.map((name) => start(name)));
-    const servers = Object.fromEntries(names.map((name) => [name, `127.0.0.1:${shards[name].port}`])),
-      proxy = await startProxy('haproxy', 0, haproxyConfig('LISTEN', servers));
+    const servers = names.map((name) => /** @type {[string, string]} */ ([name, `127.0.0.1:${shards[name].port}`])),
+      proxy = await startProxy(kind, 0, (kind === 'nginx' ? nginxConfig : haproxyConfig)('LISTEN', servers));
     return {
       shards,
       url: proxy.url,

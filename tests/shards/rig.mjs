@@ -1,21 +1,21 @@
-// A cluster on one machine: daemons, PostgreSQL, HAProxy and clients, each on a machine of its own (net.mjs), with the configuration of
-// deploy/cluster. `node tests/cluster/run.mjs` disturbs it; so do tests/daemon/cluster.test.mjs (a little) and bench/cluster.mjs (a lot).
-import { execFileSync, fork, spawn, spawnSync } from 'node:child_process';
+// Shards on one machine: daemons, HAProxy and clients, each on a machine of its own (net.mjs), with the configuration of deploy/shards.
+// `node tests/shards/run.mjs` disturbs them; so do tests/daemon/shards.test.mjs (a little) and bench/shards.mjs (a lot).
+import { fork, spawn, spawnSync } from 'node:child_process';
 import { closeSync, mkdirSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { pause } from '../lib/client.mjs';
+import { haproxyConfig } from '../lib/shards.mjs';
 import { noNamespaces, openNet } from './net.mjs';
 
 const HERE = path.dirname(fileURLToPath(import.meta.url)),
-  ROOT = path.resolve(HERE, '../..'),
-  POSTGRES = path.join(ROOT, 'tests/support/postgres');
+  ROOT = path.resolve(HERE, '../..');
 const PORT = 8080,
   START_MS = 30000;
 const env = { ...process.env, PATH: `${process.env.PATH}:/usr/sbin:/sbin` }; // where Debian keeps haproxy
 
-/** ms since 1970, as of tests/cluster/load.mjs */
+/** ms since 1970, as of load.mjs */
 export const now = () => performance.timeOrigin + performance.now();
 
 /** Numbers from 0 to 1 that a seed gives again (mulberry32). @param {number} seed */
@@ -29,40 +29,10 @@ export function randomOf(seed) {
   };
 }
 
-/** Why there can be no cluster here; empty where there can. @param {string} binary */
-export function noCluster(binary) {
-  const haproxy = spawnSync('haproxy', ['-v'], { env, encoding: 'utf8' });
-  if (haproxy.error) return 'haproxy is not installed';
-  if (spawnSync('cc', ['--version']).error) return 'there is no compiler';
-  if (!/--lease-s/.test(spawnSync(binary, ['serve', '--help'], { encoding: 'utf8' }).stdout ?? ''))
-    return 'this laglab keeps sessions in one daemon: serve has no --lease-s';
+/** Why there can be no shards here; empty where there can. */
+export function noShards() {
+  if (spawnSync('haproxy', ['-v'], { env }).error) return 'haproxy is not installed';
   return noNamespaces();
-}
-
-/**
- * The configuration of deploy/cluster for these daemons, each by its name and address.
- * @param {string} proxy
- * @param {[string, string][]} daemons
- */
-export function haproxyConfig(proxy, daemons) {
-  const lines = readFileSync(path.join(ROOT, 'deploy/cluster/haproxy.cfg'), 'utf8').split('\n'),
-    first = lines.findIndex((line) => /^\s+server laglab-0 /.test(line));
-  if (first < 0) throw new Error('deploy/cluster/haproxy.cfg has no server laglab-0');
-  const rest = lines.filter((line) => !/^\s+server laglab-\d/.test(line));
-  rest.splice(
-    first,
-    0,
-    '    http-response set-header X-Served-By %s',
-    ...daemons.map(([name, address]) => `    server ${name} ${address}:${PORT}`),
-  );
-  /* All clients come from one address, the machines have no names, and a process here may have few descriptors. */
-  return rest
-    .join('\n')
-    .replace('bind :8080', `bind ${proxy}:80`)
-    .replace(/^[ \t]+http-request deny deny_status 429 .*\n/m, '')
-    .replace('maxconn 20000', 'maxconn 4096')
-    .replace(' resolvers names', '')
-    .replace(/^resolvers names\n(?:[ \t]+.*\n)+/m, '');
 }
 
 /** A program on one of the machines, started again when it ends by itself, as an orchestrator does. */
@@ -112,62 +82,29 @@ class Process {
   }
 }
 
-/**
- * @param {{binary: string, daemons?: number, lease_s?: number, fsync?: boolean, args?: string[], seed?: number, folder?: string}} wish
- * `fsync`: the database waits for its disk, as in operation.
- */
-export async function startCluster(wish) {
-  const { binary, daemons: count = 3, lease_s = 3, fsync = false, args = [], seed = 1 } = wish;
+/** @param {{binary: string, shards?: number, args?: string[], seed?: number, folder?: string}} wish `folder`: of the messages */
+export async function startRig({ binary, shards: count = 3, args = [], seed = 1, folder: wanted }) {
   const random = randomOf(seed),
-    names = Array.from({ length: count }, (_, i) => `d${i}`);
-  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-cluster-')),
-    logs = wish.folder ?? folder;
+    names = Array.from({ length: count }, (_, i) => `s${i}`);
+  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-shards-')),
+    logs = wanted ?? folder;
   mkdirSync(logs, { recursive: true });
-  const net = openNet(['proxy', 'data', 'load', ...names]);
+  const net = openNet(['proxy', 'load', ...names]);
   const closing = [() => rmSync(folder, { recursive: true, force: true }), net.close];
   const close = async () => {
     for (const act of closing.splice(0).reverse()) await act();
   };
   /** @type {Set<Process>} */
   const processes = new Set();
-  let data = '';
   const die = () => {
     for (const each of processes) each.signal('SIGKILL');
-    if (data) spawnSync(POSTGRES, ['remove', data]);
     net.close();
   };
   process.once('exit', die);
   closing.push(() => process.off('exit', die));
 
   try {
-    // ---- the database: its socket in a folder is for the rig, its address for the daemons ----
-    data = execFileSync(POSTGRES, ['make'], { encoding: 'utf8' }).trim();
-    closing.push(() => execFileSync(POSTGRES, ['remove', data]));
-    const database_env = { ...env, LAGLAB_TEST_FSYNC: fsync ? 'on' : 'off' };
-    const database = {
-      folder: data,
-      start: () =>
-        execFileSync(net.before('data')[0], [...net.before('data').slice(1), POSTGRES, 'start', data, net.address('data')], {
-          env: database_env,
-          stdio: 'pipe',
-        }),
-      kill: () => execFileSync(POSTGRES, ['kill', data], { stdio: 'pipe' }),
-      /** Rows of columns. @param {string} command @returns {string[][]} */
-      sql: (command) =>
-        execFileSync(POSTGRES, ['sql', data, command], { encoding: 'utf8', maxBuffer: 1 << 30 })
-          .split('\n')
-          .filter(Boolean)
-          .map((line) => line.split('|')),
-    };
-    database.start();
-    const store = `postgresql://laglab@${net.address('data')}/lab`;
-
-    // ---- the daemons ----
-    const place = (/** @type {string} */ name) => `http://${net.address(name)}:${PORT}`;
-    const clock = (/** @type {string} */ name) => path.join(folder, `${name}.clock`);
-    /* Not libfaketime: with it threads that wait by the monotonic clock never sleep. */
-    const preloaded = path.join(folder, 'date.so');
-    execFileSync('cc', ['-shared', '-fPIC', '-o', preloaded, path.join(ROOT, 'tests/lib/date.c')]);
+    const place = (/** @type {string} */ name) => `${net.address(name)}:${PORT}`;
     const daemons = names.map((name) => {
       const own = path.join(folder, name);
       mkdirSync(own);
@@ -176,21 +113,12 @@ export async function startCluster(wish) {
           name,
           () => [
             ...net.before(name),
-            ...(daemon.faked ? ['env', `LD_PRELOAD=${preloaded}`, `DATE_FILE=${clock(name)}`] : []),
-            binary,
-            'serve',
-            ...['--listen', `${net.address(name)}:${PORT}`, '--url', place(name), '--store', store, '--lease-s', String(lease_s)],
-            ...['--data', own, '--trusted-proxy', net.address('proxy')],
-            ...['--max-new-sessions-per-min', '1000000', '--max-sessions', '100000', ...args],
+            ...[binary, 'serve', '--listen', place(name), '--data', own, '--shard', name, '--trusted-proxy', net.address('proxy')],
+            ...['--max-new-sessions-per-min', '1000000', '--max-sessions', '100000', '--max-client-classes', '1000', ...args],
           ],
           path.join(logs, `${name}.log`),
         ),
-        {
-          url: place(name),
-          faked: false,
-          /** Its time of day from now on. @param {number} ahead_s */
-          setClock: (ahead_s) => writeFileSync(clock(name), String(ahead_s)),
-        },
+        { url: `http://${place(name)}` },
       );
       processes.add(daemon);
       return daemon;
@@ -201,8 +129,8 @@ export async function startCluster(wish) {
     writeFileSync(
       file,
       haproxyConfig(
-        net.address('proxy'),
-        names.map((name) => [name, net.address(name)]),
+        `${net.address('proxy')}:80`,
+        names.map((name) => [name, place(name)]),
       ),
     );
     const proxy = new Process('proxy', () => [...net.before('proxy'), 'haproxy', '-db', '-f', file], path.join(logs, 'proxy.log'));
@@ -243,14 +171,11 @@ export async function startCluster(wish) {
     const rig = {
       names,
       net,
-      database,
       daemons,
       proxy,
       ask,
       random,
-      lease_s,
       url: `http://${net.address('proxy')}`,
-      servers: Object.fromEntries(daemons.map((daemon) => [daemon.name, daemon.url])),
       any: () => daemons[Math.floor(random() * count)],
       log: (/** @type {string} */ name) => readFileSync(path.join(logs, `${name}.log`), 'utf8'),
       /** Waits until it answers that it takes work. @param {string} place_ */
@@ -273,4 +198,91 @@ export async function startCluster(wish) {
     await close();
     throw error;
   }
+}
+
+// ---- faults ----
+
+/** @typedef {Awaited<ReturnType<typeof startRig>>} Rig */
+
+/** Until it takes sessions. @param {Rig} rig @param {Rig['daemons'][number]} daemon */
+async function start({ ready }, daemon) {
+  daemon.start();
+  await ready(daemon.url);
+}
+
+/**
+ * Each returns when its cause is over. `weight`: how often among random ones.
+ * @type {Record<string, {weight: number, what: string, act: (rig: Rig) => Promise<void>}>}
+ */
+export const FAULTS = {
+  killed: {
+    weight: 20,
+    what: 'a daemon by SIGKILL, started again after 0.5 to 2 s',
+    act: async (rig) => {
+      const daemon = rig.any();
+      await daemon.end('SIGKILL');
+      await pause(500 + 1500 * rig.random());
+      await start(rig, daemon);
+    },
+  },
+  stopped: {
+    weight: 14,
+    what: 'a daemon by SIGTERM, started again when it has ended',
+    act: async (rig) => {
+      const daemon = rig.any();
+      await daemon.end('SIGTERM');
+      await start(rig, daemon);
+    },
+  },
+  frozen: {
+    weight: 5,
+    what: 'a daemon by SIGSTOP for 3 s, then SIGCONT',
+    act: async ({ any }) => {
+      const daemon = any();
+      daemon.signal('SIGSTOP');
+      await pause(3000);
+      daemon.signal('SIGCONT');
+    },
+  },
+  'cut off': {
+    weight: 5,
+    what: 'the cable of a daemon for 3 s',
+    act: async ({ any, net }) => {
+      const { name } = any();
+      net.cut(name);
+      await pause(3000);
+      net.heal(name);
+    },
+  },
+  'proxy restarted': {
+    weight: 4,
+    what: 'HAProxy by SIGKILL, started again at once',
+    act: async ({ proxy }) => {
+      await proxy.end('SIGKILL');
+      proxy.start();
+    },
+  },
+  'rolling restart': {
+    weight: 2,
+    what: 'all daemons by SIGTERM, one after the other',
+    act: async (rig) => {
+      for (const daemon of rig.daemons) {
+        await daemon.end('SIGTERM');
+        await start(rig, daemon);
+      }
+    },
+  },
+};
+
+/** The kinds of `count` faults, in the order of a shuffled list. @param {number} count @param {() => number} random @returns {string[]} */
+export function draw(count, random) {
+  const possible = Object.keys(FAULTS),
+    all = possible.reduce((sum, kind) => sum + FAULTS[kind].weight, 0);
+  const kinds = possible.flatMap((kind) => Array(Math.max(1, Math.round((count * FAULTS[kind].weight) / all))).fill(kind));
+  for (let i = kinds.length - 1; i > 0; i--) {
+    const k = Math.floor(random() * (i + 1));
+    [kinds[i], kinds[k]] = [kinds[k], kinds[i]];
+  }
+  while (kinds.length < count) kinds.push(possible[0]);
+  return kinds.slice(0, count);
 }

@@ -1,13 +1,11 @@
-// A cluster under load is disturbed, and what must hold is checked (checks.mjs). One command, as root:
-//   node tests/cluster/run.mjs [--sessions=12] [--faults=10] [--lease=3] [--beyond=6] [--hz=20] [--every=500] [--seed=1]
-//     [--only=KIND] [--logs=FOLDER]
+// Shards under load are disturbed, and what must hold is checked (checks.mjs). One command, as root:
+//   node tests/shards/run.mjs [--sessions=12] [--classes=2] [--faults=10] [--hz=20] [--every=500] [--seed=1] [--only=KIND] [--logs=FOLDER]
 // LAGLAB_BIN names the program (build/laglab). Ends with 1 if something did not hold.
 import { fileURLToPath } from 'node:url';
 import { pause } from '../lib/client.mjs';
 import { BINARY } from '../lib/daemon.mjs';
-import { audit, checkLines, checkLog, checkReplays, checkTwins, owners, strayFrames } from './checks.mjs';
-import { FAULTS, draw } from './faults.mjs';
-import { noCluster, now, randomOf, startCluster } from './rig.mjs';
+import { checkLog, checkReplays, checkTwins } from './checks.mjs';
+import { FAULTS, draw, noShards, now, randomOf, startRig } from './rig.mjs';
 
 const CALM_MS = 60000; // a viewer that sees nothing for so long has been forgotten
 const sorted = (/** @type {number[]} */ values) => [...values].sort((a, b) => a - b);
@@ -26,35 +24,18 @@ const total = (parts) => {
   return sums;
 };
 
-/** How often a session went to another daemon. @param {{name: string}[]} list */
-const moves = (list) => list.filter(({ name }) => name).filter(({ name }, i, named) => i > 0 && name !== named[i - 1].name).length;
-
 /**
- * @param {{binary?: string, sessions?: number, kinds: string[], lease_s?: number, beyond_s?: number, hz?: number, every_ms?: number,
- * seed?: number, fsync?: boolean, upgrade?: boolean, upgrade_rest_s?: number, quiet_s?: number, steady_s?: number,
- *   twins?: number, logs?: string, args?: string[], say?: (text: string) => void}} wish
- * `kinds`: of the faults, in order. `upgrade`: at the end all daemons are replaced, one after the other. `quiet_s`: without a fault, at
- * the beginning. `steady_s`: after a fault, until
- * no viewer has lost frames for so long: sessions go back to a daemon that is there again, and that belongs to the same fault.
- * `twins`: how many sessions are run again in an undisturbed daemon.
+ * @param {{binary?: string, sessions?: number, classes?: number, kinds: string[], hz?: number, every_ms?: number, seed?: number,
+ *   quiet_s?: number, steady_s?: number, twins?: number, logs?: string, say?: (text: string) => void}} wish
+ * `kinds`: of the faults, in order. `quiet_s`: without a fault, at the beginning. `steady_s`: after a fault, until no viewer has lost
+ * frames for so long. `twins`: how many sessions are run again in an undisturbed daemon.
  */
 export async function disturb(wish) {
-  const {
-    binary = BINARY,
-    sessions = 12,
-    kinds,
-    lease_s = 3,
-    beyond_s = 2 * lease_s,
-    hz = 20,
-    every_ms = 500,
-    seed = 1,
-    fsync = false,
-  } = wish;
-  const { upgrade = true, upgrade_rest_s = 0, quiet_s = 2, steady_s = 0.5, twins = sessions, logs, args, say = () => {} } = wish;
-  const rig = await startCluster({ binary, lease_s, fsync, seed, folder: logs, args });
+  const { binary = BINARY, sessions = 12, classes = 2, kinds, hz = 20, every_ms = 500, seed = 1 } = wish,
+    { quiet_s = 2, steady_s = 0.5, twins = sessions, logs, say = () => {} } = wish;
+  const rig = await startRig({ binary, seed, folder: logs });
   try {
-    audit(rig);
-    await rig.ask('begin', { url: rig.url, servers: rig.servers, sessions, hz });
+    await rig.ask('begin', { url: rig.url, sessions, classes, hz });
     /** Until every viewer sees frames. @param {number} since */
     const calm = async (since) => {
       for (const end = now() + CALM_MS; ; await pause(50)) {
@@ -84,54 +65,34 @@ export async function disturb(wish) {
     await pause(1000); // the first frames of a stream are large
     await span('undisturbed', () => pause(1000 * quiet_s));
     const latency = await rig.ask('latency', faults[0]);
-    for (const kind of kinds) await span(kind, () => FAULTS[kind].act(rig, beyond_s));
-    const upgrades = [];
-    if (upgrade)
-      await span('rolling upgrade', async () => {
-        for (const daemon of rig.daemons) {
-          const from = now();
-          await daemon.end('SIGTERM');
-          upgrades.push((now() - from) / 1000);
-          daemon.faked = false;
-          daemon.start();
-          await rig.ready(daemon.url);
-          await pause(1000 * upgrade_rest_s);
-        }
-      });
+    for (const kind of kinds) await span(kind, () => FAULTS[kind].act(rig));
     await rig.ask('halt');
+    const of_classes = await rig.ask('classes');
     await rig.ask('settle');
     const known = await rig.ask('known');
     await rig.ask('end');
 
-    const findings = /** @type {string[]} */ ([]),
-      spans = owners(rig);
+    const findings = /** @type {string[]} */ ([...of_classes]);
     const logs_ = total(known.sessions.map((/** @type {any} */ session) => checkLog(session, findings)));
-    const lines = checkLines(rig, spans, findings);
-    const stray = strayFrames([...known.viewers, ...known.seconds], known.offset_ms, spans);
-    for (const { id, server, late } of stray)
-      findings.push(`${id}: ${server} took frames ${late.toFixed(0)} ms outside of the time in which it owned it`);
     const replays = await checkReplays(binary, known.sessions, findings);
     const random = randomOf(seed),
       chosen = known.sessions.filter((_, i) => i === 0 || random() < twins / sessions);
     const twin = await checkTwins(chosen, findings);
     const accidents = [...rig.daemons, rig.proxy].flatMap((each) => each.accidents);
     findings.push(...accidents);
-    const frames = total([...known.viewers, ...known.seconds].map(({ frames: seen }) => ({ seen })));
+    const frames = total(known.viewers.map(({ frames: seen }) => ({ seen })));
     return {
       faults,
-      upgrades,
       latency,
       findings,
       totals: {
         sessions,
         faults: kinds.length,
         ...logs_,
-        ...lines,
         frames: frames.seen,
-        second_viewers: known.seconds.length,
-        stray: stray.length,
-        stray_ms: Math.max(0, ...stray.map(({ late }) => late)),
-        moves: [...spans.values()].reduce((sum, list) => sum + moves(list), 0),
+        classes: known.classes.count,
+        votes: known.classes.votes,
+        classes_lost: of_classes.length,
         back_ticks: Math.max(...known.viewers.map((/** @type {any} */ viewer) => viewer.back)),
         replayed: replays.replayed,
         replays_differ: replays.differ,
@@ -154,14 +115,12 @@ export async function disturb(wish) {
 
 /** What did not hold: empty when all did. @param {Awaited<ReturnType<typeof disturb>>} report */
 export const broken = ({ totals }) =>
-  ['lost', 'twice', 'disorder', 'holes', 'strangers', 'stray', 'replays_differ', 'twins_differ', 'accidents'].filter(
-    (name) => totals[name] > 0,
-  );
+  ['lost', 'twice', 'disorder', 'classes_lost', 'replays_differ', 'twins_differ', 'accidents'].filter((name) => totals[name] > 0);
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const option = (/** @type {string} */ name, /** @type {any} */ standard) =>
     process.argv.find((word) => word.startsWith(`--${name}=`))?.slice(name.length + 3) ?? standard;
-  const missing = noCluster(BINARY);
+  const missing = noShards();
   if (missing) {
     console.error(missing);
     process.exit(77);
@@ -172,15 +131,14 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const report = await disturb({
     sessions: Number(option('sessions', 12)),
     kinds: only ? Array(count).fill(only) : draw(count, randomOf(seed)),
-    lease_s: Number(option('lease', 3)),
-    beyond_s: Number(option('beyond', 6)),
+    classes: Number(option('classes', 2)),
     hz: Number(option('hz', 20)),
     every_ms: Number(option('every', 500)),
     seed,
     logs: option('logs', undefined),
     say: console.log,
   });
-  console.log(report.totals, { closed: report.closed, statuses: report.statuses, upgrades: report.upgrades, latency: report.latency });
+  console.log(report.totals, { closed: report.closed, statuses: report.statuses, latency: report.latency });
   for (const finding of report.findings.slice(0, 30)) console.log(finding);
   const bad = broken(report);
   console.log(bad.length ? `did not hold: ${bad.join(', ')}` : 'all of it held');

@@ -1,32 +1,29 @@
-// Clients of a cluster, as a process of its own on a machine of its own: for each session a viewer that reconnects by itself, as the page
-// does, and commands, one after the other. It keeps what was acknowledged and what was seen; tests/cluster/checks.mjs compares that with
-// what is stored. For every eighth session there is a second viewer, connected straight to the daemon that has the session, which never
-// gives up a connection that is open: it would see a daemon that goes on with a session that is another's by now.
+// Clients of a site of shards, as a process of its own on a machine of its own: for each session a viewer that reconnects by itself, as
+// the page does, and commands, one after the other; classes, each with a board, members and votes. It keeps what was acknowledged and what
+// was seen; checks.mjs compares that with what is stored.
 import WebSocket from 'ws';
 import { client, pause } from '../lib/client.mjs';
 
-/** One clock for all processes of the machine, ms since 1970; of `taken` it is what the daemon's monotonic clock says. */
 const now = () => performance.timeOrigin + performance.now();
-const monotonic_ms = () => Number(process.hrtime.bigint()) / 1e6;
 const START_MS = [50, 200], // of a viewer that lost its stream, at random; twice that each time
   WAIT_MAX_MS = 5000,
   SILENT_MS = 2000, // then it sends a ping
   DEAD_MS = 5000, // then it gives the connection up
-  PATIENCE_MS = 15000; // of a command
+  PATIENCE_MS = 15000, // of a command
+  MEMBERS = 6; // of a class; the first has a copy
+
+const ORDER = { scenario: 'race', set: { duration_s: 3600, 'params.laps': 1000 } };
 
 let url = '',
-  servers = /** @type {Record<string, string>} */ ({}),
   hz = 20,
   ended = false;
 /** @type {ReturnType<typeof client>} */
 let c;
 
 class Viewer {
-  /** @param {any} session @param {Viewer | null} first the viewer whose daemon this one connects to, without the proxy */
-  constructor(session, first = null) {
+  /** @param {any} session */
+  constructor(session) {
     this.session = session;
-    this.first = first;
-    this.server = ''; // the daemon that answered the upgrade
     this.since = 0;
     this.attempt = 0;
     this.last = now(); // frame
@@ -35,37 +32,21 @@ class Viewer {
     this.back = 0; // most ticks that the view went back
     /** From the last frame before to the first one after. @type {{from: number, to: number, back: number}[]} */
     this.gaps = [];
-    /**
-     * Frames without a gap from one daemon: when they were taken, by the monotonic clock.
-     * @type {{server: string, from: number, to: number}[]}
-     */
-    this.runs = [];
     this.codes = /** @type {Record<string, number>} */ ({}); // why streams ended
     this.socket = /** @type {WebSocket | null} */ (null);
     this.watch = setInterval(() => this.check(), 500);
     this.open();
   }
 
-  place() {
-    if (!this.first) return url;
-    const { server, since, socket, last } = this.first; // only one that has it for some time: any other would take the session over
-    const steady = socket?.readyState === WebSocket.OPEN && now() - since > 1000 && last > since && now() - last < 5000 / hz;
-    return steady ? servers[server] : undefined;
-  }
-
   open() {
     if (ended) return;
-    const place = this.place();
-    if (!place) return this.later();
-    const socket = new WebSocket(`${place.replace(/^http/, 'ws')}/api/v1/sessions/${this.session.id}/stream`, 'laglab.v2.json', {
+    const socket = new WebSocket(`${url.replace(/^http/, 'ws')}/api/v1/sessions/${this.session.id}/stream`, 'laglab.v2.json', {
       perMessageDeflate: false,
       handshakeTimeout: DEAD_MS,
     });
     this.socket = socket;
     this.heard = now();
-    const server = this.first?.server ?? '';
-    socket.on('upgrade', (response) => {
-      this.server = server || String(response.headers['x-served-by'] ?? 'd0');
+    socket.on('upgrade', () => {
       this.since = now();
     });
     socket.on('open', () => socket.send(JSON.stringify({ subscribe: { clock: hz } })));
@@ -101,7 +82,7 @@ class Viewer {
   }
 
   check() {
-    if (this.socket?.readyState !== WebSocket.OPEN || this.first) return;
+    if (this.socket?.readyState !== WebSocket.OPEN) return;
     const silence = now() - this.heard;
     if (silence > DEAD_MS) this.lost();
     else if (silence > SILENT_MS) this.socket.send(`{"ping":${Math.round(now())}}`);
@@ -112,14 +93,9 @@ class Viewer {
     const at = now();
     this.heard = at;
     if (message.type !== 'frame') return;
-    const period = 1000 / hz,
-      taken = message.clock?.[0]?.wall_us / 1000,
-      run = this.runs.at(-1);
     const back = Math.max(0, this.tick - message.tick);
-    if (this.frames > 0 && at - this.last > 2.5 * period) this.gaps.push({ from: this.last, to: at, back });
+    if (this.frames > 0 && at - this.last > 2500 / hz) this.gaps.push({ from: this.last, to: at, back });
     this.back = Math.max(this.back, back);
-    if (run?.server === this.server && taken - run.to < 2.5 * period) run.to = Math.max(run.to, taken);
-    else if (Number.isFinite(taken)) this.runs.push({ server: this.server, from: taken, to: taken });
     this.attempt = 0;
     this.last = at;
     this.tick = message.tick;
@@ -142,8 +118,9 @@ class Viewer {
 /** @type {any[]} */
 let sessions = [];
 /** @type {Viewer[]} */
-let viewers = [],
-  seconds = [];
+let viewers = [];
+/** @type {any[]} */
+const classes = [];
 let commanding = /** @type {Promise<void>[]} */ ([]),
   halted = false;
 
@@ -158,7 +135,7 @@ async function command(session, every_ms) {
     if (halted) return;
     const n = session.sent++,
       asked = now();
-    const told = { n, value: n / 16, status: 0, tick: -1, server: '', asked, answered: 0 };
+    const told = { n, value: n / 16, status: 0, tick: -1, asked, answered: 0 };
     session.commands.push(told);
     try {
       const answer = await c.call('PATCH', `/api/v1/sessions/${session.id}/params`, {
@@ -168,7 +145,6 @@ async function command(session, every_ms) {
       });
       told.status = answer.status;
       told.tick = answer.json?.tick ?? -1;
-      told.server = String(answer.headers['x-served-by'] ?? '');
     } catch {
       /* not answered: it may be stored or not */
     }
@@ -212,25 +188,75 @@ async function each(all, at_once, act) {
   await Promise.all(Array.from({ length: at_once }, work));
 }
 
+/** A class with a board, to which commands go like to other sessions, and members that vote. */
+async function openClass() {
+  const call = (/** @type {string} */ method, /** @type {string} */ path, /** @type {any} */ more) =>
+    insist(() => c.call(method, `/api/v1/classes${path}`, more));
+  const { json: made } = await call('POST', '', {});
+  const { id, code, teacher_key: key } = made;
+  const { json: board } = await call('PUT', `/${id}/board`, { key, body: ORDER });
+  sessions.push({ sent: 0, commands: [], ...board });
+  const members = [];
+  for (let i = 0; i < MEMBERS; i++) members.push((await call('POST', `/${id}/members`, { body: { role: i ? 'watch' : 'copy' } })).json);
+  return { id, code, key, board: board.id, members, step: 0, votes: 0 };
+}
+
+/** One question, and the votes of all members. @param {any} room */
+async function ask(room) {
+  const step = ++room.step % 1000,
+    call = (/** @type {string} */ method, /** @type {string} */ part, /** @type {any} */ more) =>
+      c.call(method, `/api/v1/classes/${room.id}${part}`, { timeout: PATIENCE_MS, ...more }).catch(() => ({ status: 0 }));
+  const { status } = await call('PATCH', '', { key: room.key, body: { phase: 'predict', step, choices: 4 } });
+  if (status !== 200) return false;
+  const answers = await Promise.all(
+    room.members.map(({ token }, i) => call('PUT', '/vote', { key: token, body: { step, choice: i % 4 } })),
+  );
+  room.votes += answers.filter((answer) => answer.status === 204).length;
+  return answers.every((answer) => answer.status === 204);
+}
+
+/** @param {any} room @param {number} every_ms */
+async function teach(room, every_ms) {
+  while (!halted) {
+    await pause(every_ms * (0.5 + Math.random()));
+    if (!halted) await ask(room);
+  }
+}
+
+/** What of a class is not as it was before all faults: empty when all is. @param {any} room */
+async function lostOf(room) {
+  const lost = [],
+    get = (/** @type {string} */ path, key = undefined) => insist(() => c.call('GET', `/api/v1/classes/${path}`, { key }));
+  try {
+    const { json } = await get(room.code);
+    if (json.id !== room.id || json.state.board !== room.board) lost.push('its code or board');
+    for (const { token, copy } of room.members) if ((await get(`${room.id}/member`, token)).json.copy !== copy) lost.push('a copy');
+    if (!(await ask(room))) lost.push('a vote');
+    if ((await get(room.id)).json.state.votes !== MEMBERS) lost.push('a count of votes');
+  } catch (error) {
+    lost.push(String(error?.message ?? error));
+  }
+  return lost.map((what) => `class ${room.id}: ${what}`);
+}
+
 const quantile = (/** @type {number[]} */ values, /** @type {number} */ q) =>
   [...values].sort((a, b) => a - b)[Math.round(q * (values.length - 1))] ?? 0;
 
 const acts = {
-  /** Makes the sessions and their viewers. */
+  /** Makes the sessions, their viewers, and the classes. */
   async begin(wish) {
-    ({ url, servers, hz } = wish);
+    ({ url, hz } = wish);
     c = client(url, Infinity);
     sessions = Array.from({ length: wish.sessions }, () => ({ sent: 0, commands: [] }));
     await each(sessions, 8, async (session) => {
-      const order = { scenario: 'race', set: { duration_s: 3600, 'params.laps': 1000 } };
-      Object.assign(session, (await insist(() => c.call('POST', '/api/v1/sessions', { body: order }))).json);
+      Object.assign(session, (await insist(() => c.call('POST', '/api/v1/sessions', { body: ORDER }))).json);
     });
     viewers = sessions.map((session) => new Viewer(session));
-    seconds = viewers.filter((_, i) => i % 8 === 0).map((viewer) => new Viewer(viewer.session, viewer));
+    for (let i = 0; i < wish.classes; i++) classes.push(await openClass());
   },
   async command({ every_ms }) {
     halted = false;
-    commanding = sessions.map((session) => command(session, every_ms));
+    commanding = [...sessions.map((session) => command(session, every_ms)), ...classes.map((room) => teach(room, 2 * every_ms))];
   },
   async halt() {
     halted = true;
@@ -267,6 +293,10 @@ const acts = {
       return { status: 0, text: String(error) };
     }
   },
+  /** What the classes have lost. */
+  async classes() {
+    return (await Promise.all(classes.map(lostOf))).flat();
+  },
   /** Ends the play: where each session stands, the hash there, and its log. */
   async settle() {
     await each(sessions, 8, async (session) => {
@@ -277,18 +307,17 @@ const acts = {
       session.log = (await insist(() => c.call('GET', `/api/v1/sessions/${session.id}/log`))).text;
     });
   },
-  /** What is known of all sessions. `offset_ms` makes one of the clock's times of the monotonic one. */
+  /** What is known of all sessions. */
   async known() {
     return {
-      offset_ms: now() - monotonic_ms(),
       sessions: sessions.map(({ id, owner_key, commands, end, log }) => ({ id, owner_key, commands, end, log })),
-      viewers: viewers.map(({ frames, back, runs, codes, session }) => ({ id: session.id, frames, back, runs, codes })),
-      seconds: seconds.map(({ frames, back, runs, codes, session }) => ({ id: session.id, frames, back, runs, codes })),
+      viewers: viewers.map(({ frames, back, codes, session }) => ({ id: session.id, frames, back, codes })),
+      classes: { count: classes.length, votes: classes.reduce((sum, { votes }) => sum + votes, 0) },
     };
   },
   async end() {
     ended = halted = true;
-    for (const viewer of [...viewers, ...seconds]) viewer.close();
+    for (const viewer of viewers) viewer.close();
   },
 };
 
