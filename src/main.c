@@ -35,7 +35,10 @@ static const struct {
      "look at the experiments of a store, pause, resume and delete them; copy the sessions of a daemon's "
      "folder into one",
      ll_verb_store},
-    {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
+    {"merge",
+     "EXPERIMENT SHARD.csv... [--out FILE] [--format NAME] [--points] [--compare POINT] [--sensitivity] "
+     "[--report FILE.html]",
+     "put the rows of shards together; gives what sweep gives", ll_verb_merge},
     {"reproduce", "EXPERIMENT RESULTS [--rows N]",
      "make rows of a sweep's results again; exit 1 where one differs", ll_verb_reproduce},
     {"export", "ARCHIVE.tar --store URL [--experiment ID] [--container sha256:DIGEST]",

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -22,20 +23,28 @@ ll_status ll_argument_format(const char *name, const char *out, const ll_format 
     return ll_error(LL_BAD_INPUT, "--format: must be one of %s; got %.40s", known, name);
 }
 
+/* Nothing, or a plain file. A device, a pipe or a link stays what it is: its target is written. */
+static bool may_be_replaced(const char *path)
+{
+    struct stat file;
+    return lstat(path, &file) != 0 || S_ISREG(file.st_mode);
+}
+
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table)
 {
     char temporary[4096];
     if (!out)
         return format->write(table, stdout);
-    snprintf(temporary, sizeof temporary, "%s.part", out);
+    bool replace = may_be_replaced(out);
+    snprintf(temporary, sizeof temporary, "%s%s", out, replace ? ".part" : "");
     FILE *file = fopen(temporary, "wb");
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s", temporary);
     ll_status status = format->write(table, file);
     bool good = fclose(file) == 0;
-    if (!ll_failed(&status) && (!good || rename(temporary, out) != 0))
+    if (!ll_failed(&status) && (!good || (replace && rename(temporary, out) != 0)))
         status = ll_error(LL_IO, "cannot write %.200s", out);
-    if (ll_failed(&status))
+    if (ll_failed(&status) && replace)
         unlink(temporary);
     return status;
 }

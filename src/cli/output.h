@@ -8,7 +8,8 @@
 /* The format named by `--format`, else by the ending of `--out`, else CSV. */
 ll_status ll_argument_format(const char *name, const char *out, const ll_format **format);
 
-/* Writes the file `out`, under a temporary name until it is complete; NULL: to standard output. */
+/* Writes the file `out`, under a temporary name until it is complete, or what a device or link `out` leads
+ * to; NULL: to standard output. */
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table);
 
 /* Fills the next cell of a row; a number that is not finite is null. */

@@ -1,6 +1,6 @@
 /* Any shards, up to four in one input separated by 0x1e, to `laglab merge`. It must accept what a second,
- * naive merge accepts, with the same output: the header, then each run's line once. In a shard that begins
- * with `@` that is replaced by the right header. */
+ * naive merge accepts, with the same output: the header, then each run's line once, which must be as `sweep`
+ * writes the row of that run. In a shard that begins with `@` that is replaced by the right header. */
 #include "check.h"
 
 #include <sys/mman.h>
@@ -14,6 +14,7 @@
 
 #define SHARDS 4
 #define RUNS 4
+#define FIELDS 11 /* run, point, repeat, seed, dt_s, status, error, hash, t_s, e_max, version */
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -23,7 +24,6 @@ static const char specification[] = "{\"scenario\":{\"kind\":\"motion\",\"proble
                                     "\"repeats\":2,\"metrics\":[\"methods.0.e_max\"]}";
 
 static char *header;
-static int columns;
 
 static bool no_rows(void *context, ll_row *row, ll_status *status)
 {
@@ -44,7 +44,7 @@ static void make_header(void)
     FILE *memory = open_memstream(&header, &size);
     status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
     FUZZ_CHECK(!fuzz_failed(&status) && fclose(memory) == 0);
-    columns = ll_result_table_get(table)->column_count;
+    FUZZ_CHECK(ll_result_table_get(table)->column_count == FIELDS);
     ll_result_table_free(table);
     ll_experiment_free(experiment);
     cJSON_Delete(json);
@@ -70,25 +70,87 @@ typedef struct merged {
     size_t size[RUNS];
 } merged;
 
-/* Number of fields of a line (RFC 4180); 0: unclosed quote. */
-static int fields_of(const char *line, size_t size)
+/* Cuts at the commas outside of quotes; false: not FIELDS fields. */
+static bool cut_fields(char *line, char *fields[FIELDS])
 {
-    int fields = 1;
+    int count = 0;
     bool quoted = false;
-    for (size_t i = 0; i < size; i++) {
-        quoted ^= line[i] == '"';
-        fields += line[i] == ',' && !quoted;
+    fields[count++] = line;
+    for (char *p = line; *p != '\0'; p++) {
+        quoted ^= *p == '"';
+        if (*p != ',' || quoted)
+            continue;
+        if (count == FIELDS)
+            return false;
+        *p = '\0';
+        fields[count++] = p + 1;
     }
-    return quoted ? 0 : fields;
+    return count == FIELDS && !quoted;
+}
+
+static bool is_formula(const char *text)
+{
+    char *end;
+    strtod(text, &end);
+    return *text == '=' || *text == '@' || *text == '\t' ||
+           ((*text == '+' || *text == '-') && text[1] != '\0' && *end != '\0');
+}
+
+/* Bytes of the text of a field; -1: `sweep` writes that text otherwise. */
+static int text_size(const char *field)
+{
+    char text[1 << 13];
+    int size = 0;
+    bool quoted = field[0] == '"';
+    size_t length = strlen(field);
+    if (quoted && (length < 2 || field[length - 1] != '"'))
+        return -1;
+    for (const char *p = field + quoted; *p != '\0' && !(quoted && p == field + length - 1); p++) {
+        if (*p == '"' && (!quoted || p + 1 == field + length - 1 || *++p != '"'))
+            return -1;
+        text[size++] = *p;
+    }
+    text[size] = '\0';
+    if (quoted != (strpbrk(text, ",\"") != NULL) || is_formula(text))
+        return -1;
+    return size - (text[0] == '\'' && is_formula(text + 1));
+}
+
+static bool is_number(const char *field)
+{
+    char text[64] = "";
+    FILE *memory = fmemopen(text, sizeof text, "w");
+    FUZZ_CHECK(memory != NULL);
+    double value = strtod(field, NULL);
+    ll_format_number(memory, value);
+    fclose(memory);
+    return field[0] == '\0' || (value == value && strcmp(field, text) == 0);
+}
+
+static bool is_row(int run, const char *line, size_t size)
+{
+    char copy[1 << 13], first[32], *f[FIELDS];
+    snprintf(copy, sizeof copy, "%.*s", (int)size - 2, line);
+    snprintf(first, sizeof first, "%d,%d,%d,%d,0.0%d,", run, run / 2, run % 2, run % 2 + 1, run / 2 + 1);
+    if (strncmp(line, first, strlen(first)) != 0 || !cut_fields(copy, f))
+        return false;
+    bool known = false;
+    for (int i = 0; i <= LL_ROW_SKIPPED; i++)
+        known |= strcmp(f[5], ll_row_status_names[i]) == 0;
+    int error = text_size(f[6]), version = text_size(f[10]);
+    return known && error >= 0 && error < 200 && strlen(f[7]) == 16 &&
+           strspn(f[7], "0123456789abcdef") == 16 && is_number(f[8]) && is_number(f[9]) && version > 0 &&
+           version <= LL_VERSION_MAX;
 }
 
 /* The line's run; -1: not a row. */
 static int run_of(const char *line, size_t size)
 {
     if (size < 3 || memcmp(line + size - 2, "\r\n", 2) != 0 || memchr(line, '\0', size) != NULL ||
-        memchr(line, '\r', size - 2) != NULL || fields_of(line, size) != columns)
+        memchr(line, '\r', size - 2) != NULL)
         return -1;
-    return line[0] >= '0' && line[0] < '0' + RUNS && line[1] == ',' ? line[0] - '0' : -1;
+    int run = line[0] - '0';
+    return run >= 0 && run < RUNS && is_row(run, line, size) ? run : -1;
 }
 
 static bool take_shard(const shard *s, merged *m)
@@ -110,16 +172,17 @@ static bool take_shard(const shard *s, merged *m)
     return true;
 }
 
-static bool same_version(const char *a, const char *b)
+static bool same_version(char *a, char *b)
 {
-    return strcmp(strrchr(a, ','), strrchr(b, ',')) == 0;
+    char *of_a[FIELDS], *of_b[FIELDS];
+    return cut_fields(a, of_a) && cut_fields(b, of_b) && strcmp(of_a[FIELDS - 1], of_b[FIELDS - 1]) == 0;
 }
 
 /* The expected output, or NULL. */
 static char *expected(const shard *shards, int count, size_t *size)
 {
     merged m = {{NULL}, {0}};
-    char *text = NULL, first[1 << 13], other[1 << 13];
+    char *text = NULL, first[1 << 13], again[1 << 13], other[1 << 13];
     for (int i = 0; i < count; i++)
         if (!take_shard(&shards[i], &m))
             return NULL;
@@ -131,7 +194,8 @@ static char *expected(const shard *shards, int count, size_t *size)
         if (!good)
             break;
         snprintf(i == 0 ? first : other, sizeof other, "%.*s", (int)m.size[i], m.line[i]);
-        good = i == 0 || same_version(first, other);
+        snprintf(again, sizeof again, "%s", first);
+        good = i == 0 || same_version(again, other);
         fwrite(m.line[i], 1, m.size[i], memory);
     }
     fclose(memory);

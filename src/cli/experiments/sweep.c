@@ -10,13 +10,10 @@
 #include <unistd.h>
 
 #include "cli/arguments.h"
+#include "cli/experiments/results.h"
 #include "cli/input.h"
-#include "cli/output.h"
 #include "cli/verbs.h"
 #include "experiment/archive/archive.h"
-#include "experiment/format/compare.h"
-#include "experiment/format/table.h"
-#include "experiment/report/report.h"
 #include "experiment/run/traces.h"
 #include "experiment/run/work.h"
 #include "experiment/spec/shard.h"
@@ -28,15 +25,14 @@
 #define SHARED_LEASE_S 60
 
 typedef struct sweep {
-    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare,
-        *archive, *container;
-    bool points, sensitivity, dry_run, anew;
+    ll_results results;
+    const char *jobs, *store_url, *shard, *scenarios, *traces, *archive, *container;
+    bool dry_run, anew;
     ll_experiment *experiment;
-    const ll_format *format;
     ll_result_store *store;
     char id[LL_EXPERIMENT_ID_MAX + 1];
     char own_store[4096]; /* next to the output, deleted when that is written; empty when a store was given */
-    int64_t threads, from, to, baseline; /* baseline: the point of --compare */
+    int64_t threads, from, to;
 } sweep;
 
 static double seconds(void)
@@ -44,14 +40,6 @@ static double seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
-
-/* Deletes the list. */
-static void print_notices(cJSON *notices)
-{
-    const cJSON *item;
-    cJSON_ArrayForEach(item, notices) fprintf(stderr, "laglab: %s\n", item->valuestring);
-    cJSON_Delete(notices);
 }
 
 /* ---- before ---- */
@@ -71,8 +59,8 @@ static ll_status dry_run(const sweep *s)
 static ll_status open_store(sweep *s)
 {
     const char *url = s->store_url ? s->store_url : ":memory:";
-    if (!s->store_url && s->out) {
-        snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
+    if (!s->store_url && s->results.out) {
+        snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->results.out);
         url = s->own_store;
     }
     double run_s = 0;
@@ -154,55 +142,16 @@ static ll_status run_all(sweep *s)
 
 /* ---- after ---- */
 
-static ll_status make_table(const sweep *s, ll_stored_rows *rows, ll_result_table **table)
-{
-    ll_row *baseline = NULL;
-    int64_t count = 0;
-    if (s->sensitivity)
-        return ll_result_table_sensitivity(s->experiment, ll_stored_rows_next, rows, table);
-    if (!s->points)
-        return ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next, rows, table);
-    ll_status status = s->compare
-                           ? ll_compare_rows(s->experiment, s->store, s->id, s->baseline, &baseline, &count)
-                           : ll_ok();
-    LL_THEN(status,
-            ll_result_table_compared(s->experiment, baseline, count, ll_stored_rows_next, rows, table));
-    free(baseline);
-    return status;
-}
-
-static ll_status write_out(const sweep *s)
+static ll_status write_results(const sweep *s)
 {
     ll_stored_rows rows;
-    ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
-    LL_THEN(status, make_table(s, &rows, &table));
-    LL_THEN(status, ll_argument_write(s->out, s->format, ll_result_table_get(table)));
-    if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
-        fprintf(stderr,
-                "laglab: at %" PRId64 " of %" PRId64 " points all repeats gave identical metrics: nothing "
-                "random in the scenario affects them, or only rarely\n",
-                ll_result_table_identical(table), s->experiment->points);
-    if (!ll_failed(&status))
-        print_notices(ll_result_table_notices(table));
-    ll_result_table_free(table);
+    LL_THEN(status, ll_results_write(&s->results, s->experiment,
+                                     &(ll_results_rows){.next = ll_stored_rows_next,
+                                                        .seek = ll_stored_rows_seek,
+                                                        .context = &rows,
+                                                        .version = s->store->version}));
     ll_stored_rows_close(&rows);
-    return status;
-}
-
-static ll_status write_report(const sweep *s)
-{
-    ll_stored_rows rows;
-    FILE *file = fopen(s->report, "wb");
-    if (!file)
-        return ll_error(LL_IO, "cannot write %.200s", s->report);
-    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
-    LL_THEN(status,
-            ll_report_write_for(s->experiment, s->store->version, s->points || s->sensitivity ? NULL : s->out,
-                                ll_stored_rows_next, &rows, file));
-    ll_stored_rows_close(&rows);
-    if (fclose(file) != 0 && !ll_failed(&status))
-        status = ll_error(LL_IO, "cannot write %.200s", s->report);
     return status;
 }
 
@@ -212,7 +161,7 @@ static ll_status write_traces(const sweep *s)
     char folder[4200];
     if (!s->traces && !s->experiment->head.traces)
         return ll_ok();
-    snprintf(folder, sizeof folder, "%s.traces", s->out ? s->out : "");
+    snprintf(folder, sizeof folder, "%s.traces", s->results.out ? s->results.out : "");
     return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : folder, (int)s->threads);
 }
 
@@ -228,18 +177,6 @@ static void remove_own_store(const sweep *s)
 
 /* ---- the verb ---- */
 
-static ll_status check_sensitivity(const sweep *s)
-{
-    if (s->points || s->shard)
-        return ll_error(
-            LL_BAD_INPUT,
-            "--sensitivity: must be without --points and --shard, since it uses all runs and has no points");
-    if (s->experiment->head.sample.method != LL_SAMPLE_SALTELLI)
-        return ll_error(LL_BAD_INPUT,
-                        "--sensitivity: must have an experiment with \"sample\": {\"method\": \"saltelli\"}");
-    return ll_ok();
-}
-
 /* Shards are whole points where earlier runs of a point decide which further runs are made. */
 static ll_status find_shard(sweep *s)
 {
@@ -247,6 +184,13 @@ static ll_status find_shard(sweep *s)
     ll_status status = ll_shard(s->shard, s->experiment->runs / unit, &s->from, &s->to);
     s->from *= unit;
     s->to *= unit;
+    const char *of_all = ll_results_of_all(&s->results);
+    if (!ll_failed(&status) && s->shard && of_all)
+        status =
+            ll_error(LL_BAD_INPUT,
+                     "%s: must be without --shard, since it uses all runs; give it to laglab merge, with "
+                     "the rows of all shards",
+                     of_all);
     return status;
 }
 
@@ -264,22 +208,7 @@ static ll_status read_arguments(sweep *s, int argc, char **argv, const char **na
     const ll_option options[] = {
         {"--jobs", "N", "Threads, 1 to 256; default: one per core. 0 with --store: wait for workers.",
          .value = &s->jobs},
-        {"--out", "FILE",
-         "Output file; default: standard output. Run again, a sweep continues from FILE.runs.",
-         .value = &s->out},
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
-         .value = &s->format_name},
-        {"--points", .help = "Means and 95 % intervals of points instead of single runs.",
-         .flag = &s->points},
-        {"--compare", "POINT",
-         "With --points: differences from this point, between runs of the same seed: first, a number, or "
-         "PATH=VALUE[,PATH=VALUE].",
-         .value = &s->compare},
-        {"--sensitivity",
-         .help = "First and total Sobol' indices of each metric instead of runs, for experiments sampled by "
-                 "saltelli.",
-         .flag = &s->sensitivity},
-        {"--report", "FILE.html", "Writes a page with the plots and their tables.", .value = &s->report},
+        LL_RESULTS_OPTIONS(&s->results),
         {"--archive", "FILE.tar",
          "Writes specification, rows, report and digests as one file, for laglab verify.",
          .value = &s->archive},
@@ -299,9 +228,10 @@ static ll_status read_arguments(sweep *s, int argc, char **argv, const char **na
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
-    ll_status status =
-        ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment; one row per run, or per point", argc,
-                     argv, options, positional, &count);
+    ll_status status = ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment; one row per run, or "
+                                    "per point. With --out FILE, run "
+                                    "again, it continues from FILE.runs",
+                                    argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     *name = count ? positional[0] : NULL;
@@ -316,24 +246,14 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     s->store_url = ll_result_store_url(s->store_url);
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
-    LL_THEN(status, ll_argument_format(s->format_name, s->out, &s->format));
     LL_THEN(status, ll_experiment_load(name, s->scenarios, &s->experiment));
+    LL_THEN(status, ll_results_check(&s->results, s->experiment, &name, 1));
     LL_THEN(status, find_shard(s));
     LL_THEN(status, check_archive(s));
-    if (!ll_failed(&status) && s->sensitivity)
-        status = check_sensitivity(s);
-    if (!ll_failed(&status) && s->compare && !s->points)
-        status = ll_error(LL_BAD_INPUT, "--compare: must have --points");
-    if (!ll_failed(&status) && s->compare)
-        status = ll_compare_point(s->experiment, "--compare", s->compare, &s->baseline);
-    if (!ll_failed(&status) && s->points && s->shard)
-        status = ll_error(
-            LL_BAD_INPUT,
-            "--points: must be without --shard, since it uses all runs of a point; merge the shards first");
     if (!ll_failed(&status) && s->traces && s->to - s->from > LL_EXPERIMENT_TRACES_MAX)
         status = ll_error(LL_BAD_INPUT, "--traces takes at most %d runs; there are %" PRId64,
                           LL_EXPERIMENT_TRACES_MAX, s->to - s->from);
-    if (!ll_failed(&status) && s->experiment->head.traces && !s->traces && !s->out && !s->dry_run)
+    if (!ll_failed(&status) && s->experiment->head.traces && !s->traces && !s->results.out && !s->dry_run)
         status = ll_error(LL_BAD_INPUT, "the experiment wants traces: give their folder by --traces, or a "
                                         "file by --out, next to which they are written");
     return status;
@@ -345,15 +265,13 @@ int ll_verb_sweep(int argc, char **argv)
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is reported as an error, like a full disk */
     ll_status status = prepare(&s, argc, argv);
     if (!ll_failed(&status))
-        print_notices(ll_experiment_notices(s.experiment));
+        ll_print_notices(ll_experiment_notices(s.experiment));
     if (!ll_failed(&status) && s.dry_run) {
         status = dry_run(&s);
     } else if (!ll_failed(&status)) {
         status = open_store(&s);
         LL_THEN(status, run_all(&s));
-        LL_THEN(status, write_out(&s));
-        if (!ll_failed(&status) && s.report)
-            status = write_report(&s);
+        LL_THEN(status, write_results(&s));
         if (!ll_failed(&status) && s.archive)
             status = ll_archive_write(s.store, s.id, s.container, s.archive);
         LL_THEN(status, write_traces(&s));

@@ -179,7 +179,7 @@ static ll_status read_results_query(const ll_http_request *request, const ll_exp
     return status;
 }
 
-static ll_status make_table(ll_api *api, const ll_experiment_record *record, const ll_experiment *e,
+static ll_status make_table(const ll_experiment_record *record, const ll_experiment *e,
                             const results_query *w, yielding_rows *rows, ll_result_table **table)
 {
     ll_row *baseline = NULL;
@@ -189,9 +189,11 @@ static ll_status make_table(ll_api *api, const ll_experiment_record *record, con
     if (!w->points)
         return ll_result_table_rows(e, record->version, next_row, rows, table);
     ll_status status = ll_ok();
-    if (w->compare >= 0)
-        status = ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, w->compare, &baseline,
-                                 &count);
+    if (w->compare >= 0) {
+        ll_stored_rows_seek(&rows->rows, w->compare * e->head.repeats);
+        status = ll_compare_rows(e, w->compare, next_row, rows, &baseline, &count);
+        ll_stored_rows_seek(&rows->rows, 0);
+    }
     LL_THEN(status, ll_result_table_compared(e, baseline, count, next_row, rows, table));
     free(baseline);
     return status;
@@ -204,7 +206,7 @@ static ll_status write_table(ll_api *api, ll_task *task, const ll_experiment_rec
     yielding_rows a = {.task = task};
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
-    LL_THEN(status, make_table(api, record, e, w, &a, &table));
+    LL_THEN(status, make_table(record, e, w, &a, &table));
     LL_THEN(status, format->write(ll_result_table_get(table), file));
     ll_result_table_free(table);
     ll_stored_rows_close(&a.rows);

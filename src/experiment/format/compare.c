@@ -84,18 +84,17 @@ ll_status ll_compare_point(const ll_experiment *e, const char *field, const char
     return ll_field_error(LL_BAD_INPUT, field, "%s: no point has %.100s", field, text);
 }
 
-ll_status ll_compare_rows(const ll_experiment *e, ll_result_store *store, const char *id, int64_t point,
+ll_status ll_compare_rows(const ll_experiment *e, int64_t point, ll_row_source *source, void *context,
                           ll_row **rows, int64_t *count)
 {
-    int read = 0;
+    ll_row row;
+    ll_status status = ll_ok();
     *count = 0;
     *rows = malloc((size_t)e->head.repeats * sizeof **rows);
     if (!*rows)
         return ll_error(LL_NO_MEMORY, "out of memory: baseline");
-    ll_status status =
-        store->kind->read(store, id, point * e->head.repeats, *rows, (int)e->head.repeats, &read);
-    while (*count < read && (*rows)[*count].run / e->head.repeats == point)
-        (*count)++;
+    while (*count < e->head.repeats && source(context, &row, &status) && row.run / e->head.repeats == point)
+        (*rows)[(*count)++] = row;
     if (ll_failed(&status)) {
         free(*rows);
         *rows = NULL;

@@ -89,19 +89,53 @@ static void cell(FILE *file, ll_cell_type type, const ll_cell *c)
         ll_format_number(file, c->number);
 }
 
-static ll_status write(const ll_table *t, FILE *file)
+void ll_csv_put_header(const ll_table *t, FILE *file)
 {
-    ll_cell cells[LL_COLUMNS_MAX];
-    ll_status status = ll_ok();
     for (int i = 0; i < t->column_count; i++) {
         quoted(file, t->columns[i].name);
         fputs(i + 1 < t->column_count ? "," : "\r\n", file);
     }
-    while (!ferror(file) && t->next(t->context, cells, &status))
-        for (int i = 0; i < t->column_count; i++) {
-            cell(file, t->columns[i].type, &cells[i]);
-            fputs(i + 1 < t->column_count ? "," : "\r\n", file);
+}
+
+void ll_csv_put_row(const ll_table *t, const ll_cell *cells, FILE *file)
+{
+    for (int i = 0; i < t->column_count; i++) {
+        cell(file, t->columns[i].type, &cells[i]);
+        fputs(i + 1 < t->column_count ? "," : "\r\n", file);
+    }
+}
+
+/* In place: fields are never longer than their text. */
+int ll_csv_split(char *line, char **fields, int most)
+{
+    int count = 0;
+    for (char *from = line, *to = line; count < most;) {
+        bool quote = false;
+        fields[count++] = to;
+        for (; *from && (quote || !strchr(",\r\n", *from)); from++) {
+            if (*from != '"' || (quote && from[1] == '"' && from++))
+                *to++ = *from;
+            else
+                quote = !quote;
         }
+        bool more = *from == ',';
+        *to++ = '\0';
+        from++;
+        if (!more)
+            break;
+    }
+    for (int i = 0; i < count; i++)
+        fields[i] += fields[i][0] == '\'' && is_formula(fields[i] + 1);
+    return count;
+}
+
+static ll_status write(const ll_table *t, FILE *file)
+{
+    ll_cell cells[LL_COLUMNS_MAX];
+    ll_status status = ll_ok();
+    ll_csv_put_header(t, file);
+    while (!ferror(file) && t->next(t->context, cells, &status))
+        ll_csv_put_row(t, cells, file);
     return ll_format_end(file, &status);
 }
 

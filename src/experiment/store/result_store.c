@@ -117,6 +117,13 @@ bool ll_stored_rows_next(void *context, ll_row *row, ll_status *status)
     return true;
 }
 
+void ll_stored_rows_seek(void *context, int64_t run)
+{
+    ll_stored_rows *r = context;
+    r->at = r->count = 0;
+    r->next = run;
+}
+
 void ll_stored_rows_close(ll_stored_rows *r)
 {
     free(r->rows);

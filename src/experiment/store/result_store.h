@@ -127,4 +127,5 @@ typedef struct ll_stored_rows {
 
 ll_status ll_stored_rows_open(ll_stored_rows *rows, ll_result_store *store, const char *id);
 bool ll_stored_rows_next(void *rows, ll_row *row, ll_status *status); /* an ll_row_source function */
+void ll_stored_rows_seek(void *rows, int64_t run); /* the next row is that of `run`, or the first after it */
 void ll_stored_rows_close(ll_stored_rows *rows);
