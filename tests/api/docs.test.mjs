@@ -98,6 +98,33 @@ test('every result that a benchmark writes says of which rooms it speaks', () =>
   for (const name of names) assert.doesNotThrow(() => roomsOf(name));
 });
 
+test('results that are committed are those that documents cite', () => {
+  let files;
+  try {
+    files = execFileSync('git', ['ls-files', 'bench/results'], { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] })
+      .trim()
+      .split('\n')
+      .filter((file) => existsSync(path.join(ROOT, file)));
+  } catch {
+    files = readdirSync(path.join(ROOT, 'bench/results'), { recursive: true, withFileTypes: true })
+      .filter((entry) => entry.isFile())
+      .map((entry) => path.relative(ROOT, path.join(entry.parentPath ?? entry.path, entry.name)));
+  }
+  const text = DOCUMENTS.map(read).join('\n'),
+    cited = new Set([...text.matchAll(/\]\([./]*bench\/(results\/[^)]+)\)/g)].map(([, target]) => `bench/${target}`));
+  const generators = readdirSync(path.join(ROOT, 'docs'))
+    .filter((name) => name.endsWith('.mjs'))
+    .map((name) => read(`docs/${name}`))
+    .join('\n');
+  const isRead = (/** @type {string} */ file) =>
+    generators.includes(`'${file}'`) || generators.includes(`'${file.slice('bench/results/'.length, -'.csv'.length)}'`);
+  assert.ok(files.length > 40);
+  assert.deepEqual(
+    files.filter((file) => !cited.has(file) && !cited.has(path.dirname(file)) && !isRead(file)),
+    [],
+  );
+});
+
 /** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms
  * @param {string} root */
 function stateOf(rooms, root = ROOT) {
