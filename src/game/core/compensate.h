@@ -70,7 +70,6 @@ typedef struct ll_field {
 } ll_field;
 
 typedef struct ll_hitscan_policy {
-    const char *name, *help;
     bool rewinds;                                             /* judges against bodies at the view time */
     int (*judge)(const ll_field *field, const ll_shot *shot); /* body that is hit, or LL_NOBODY */
     /* The part of the rewind that a view of this age gets, 0 to 1; NULL: all of it. */
@@ -80,7 +79,6 @@ typedef struct ll_hitscan_policy {
 } ll_hitscan_policy;
 
 typedef struct ll_projectile_family {
-    const char *name, *help;
     bool looks_back; /* the flight begins at the view time, within the rules, not now */
     bool rewinds;    /* the past part is tested against past bodies, else against present ones */
     bool claims;     /* the client reports the hits of its projectiles; the server does not test them */
@@ -89,10 +87,10 @@ typedef struct ll_projectile_family {
                             ll_time *start);
 } ll_projectile_family;
 
-extern const ll_hitscan_policy *const ll_hitscan_policies[];
-extern const ll_projectile_family
-    *const ll_projectile_families[]; /* NULL-terminated; in the order of the names */
+/* In the order of their names, which end with NULL. */
+extern const ll_hitscan_policy ll_hitscan_policies[];
 extern const char *const ll_hitscan_names[];
+extern const ll_projectile_family ll_projectile_families[];
 extern const char *const ll_projectile_names[];
 
 /* ---- for policies and families, and for their tests ---- */

@@ -10,12 +10,12 @@ static void tell(const ll_field *field, const ll_hit_result *hit_result)
 
 static const ll_hitscan_policy *policy_of(const ll_field *field)
 {
-    return ll_hitscan_policies[field->past ? field->past->rules->hitscan : 0];
+    return &ll_hitscan_policies[field->past ? field->past->rules->hitscan : 0];
 }
 
 static const ll_projectile_family *family_of(const ll_field *field)
 {
-    return ll_projectile_families[field->past ? field->past->rules->projectile : 0];
+    return &ll_projectile_families[field->past ? field->past->rules->projectile : 0];
 }
 
 static bool looks_back(const ll_field *field, int weapon)

@@ -44,7 +44,7 @@ static int past_hit(const ll_field *field, const ll_shot *shot, const ll_flight 
     rules.projectile_trace = (int32_t)trace;
     past.rules = &rules;
     traced.past = &past;
-    return ll_projectile_families[rules.projectile]->launch(&traced, shot, flight, &start).body;
+    return ll_projectile_families[rules.projectile].launch(&traced, shot, flight, &start).body;
 }
 
 static void judge_past(ll_drag_neglect_player *player, const ll_field *field, const ll_hit_result *j,

@@ -9,7 +9,6 @@
 #include <cmocka.h>
 
 #include "game/core/weapons.h"
-#include "game/weapons/policies.h"
 
 #define HZ 60000
 #define BODIES 2
@@ -497,18 +496,6 @@ static void nothing_is_compensated_without_a_past(void **state)
     free_range(r);
 }
 
-static void names_follow_the_tables(void **state)
-{
-    (void)state;
-    int n = 0;
-    for (; ll_hitscan_policies[n]; n++)
-        assert_string_equal(ll_hitscan_policies[n]->name, ll_hitscan_names[n]);
-    assert_null(ll_hitscan_names[n]);
-    for (n = 0; ll_projectile_families[n]; n++)
-        assert_string_equal(ll_projectile_families[n]->name, ll_projectile_names[n]);
-    assert_null(ll_projectile_names[n]);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -527,7 +514,6 @@ int main(void)
         cmocka_unit_test(a_press_beyond_the_ring_is_void),
         cmocka_unit_test(a_press_before_the_weapon_is_ready_is_void),
         cmocka_unit_test(nothing_is_compensated_without_a_past),
-        cmocka_unit_test(names_follow_the_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
