@@ -14,18 +14,8 @@ void ll_session_emit_own(const ll_session *s, const char *op)
         ll_session_emit_op(s, op, s->listener.on_line, s->listener.context);
 }
 
-void ll_session_drop_saved_state(ll_session *s)
-{
-    free(s->saved.checkpoint.block);
-    free(s->saved.checkpoint.config);
-    free(s->saved.events);
-    s->saved = (ll_saved_state){.checkpoint.tick = -1};
-}
-
 void ll_session_drop_checkpoints(ll_session *s, int64_t from)
 {
-    if (s->saved.checkpoint.tick >= from)
-        ll_session_drop_saved_state(s);
     for (int i = 0; i < LL_CHECKPOINTS; i++) {
         ll_checkpoint *checkpoint = &s->checkpoints[i];
         if (checkpoint->tick < from)
@@ -287,31 +277,24 @@ int64_t ll_session_first_recorded(const ll_session *s, int64_t tick)
     return tick - ll_tick_at(EVENT_WINDOW, s->freq);
 }
 
-/* The nearest checkpoint that is older than the events kept before `tick`. A saved state has its events. */
-static const ll_checkpoint *nearest_checkpoint(const ll_session *s, int64_t tick, int64_t record_from)
+/* The newest one that is older than the events kept. */
+static const ll_checkpoint *nearest_checkpoint(const ll_session *s, int64_t record_from)
 {
-    const ll_checkpoint *best = NULL, *saved = &s->saved.checkpoint;
+    const ll_checkpoint *best = NULL;
     for (int i = 0; i < LL_CHECKPOINTS; i++)
         if (s->checkpoints[i].tick >= 0 && s->checkpoints[i].tick <= record_from &&
             (!best || s->checkpoints[i].tick > best->tick))
             best = &s->checkpoints[i];
-    bool nearer = saved->tick >= 0 && saved->tick <= tick && (!best || saved->tick > best->tick);
-    return nearer ? saved : best;
+    return best;
 }
 
 void ll_session_begin_rebuild(ll_session *s, int64_t tick)
 {
     int64_t record_from = ll_session_first_recorded(s, tick);
-    const ll_checkpoint *best = nearest_checkpoint(s, tick, record_from);
-    ll_session_start_from(s, best, record_from <= 0);
+    ll_session_start_from(s, nearest_checkpoint(s, record_from), record_from <= 0);
     s->generation++;
     s->events.base = s->events.count;
     s->transition.record_from = record_from;
-    if (best && best->tick > record_from) {
-        for (uint32_t i = 0; i < s->saved.event_count && s->events.ring; i++)
-            ll_session_keep_event(s, &s->saved.events[i]);
-        s->transition.record_from = best->tick;
-    }
 }
 
 void ll_session_set_clock(ll_session *s, ll_time wall)

@@ -52,13 +52,6 @@ typedef struct ll_checkpoint {
     ll_log_position position;
 } ll_checkpoint;
 
-/* A state that was kept outside (saved_state.c), until the session has woken. */
-typedef struct ll_saved_state {
-    ll_checkpoint checkpoint;
-    ll_event *events; /* of the last seconds before it */
-    uint32_t event_count;
-} ll_saved_state;
-
 /* How the advance of a block ends before its time. */
 typedef struct ll_session_interruption {
     const ll_interrupt *by; /* of the owner, during a call; NULL: no limit */
@@ -140,7 +133,6 @@ struct ll_session {
     ll_session_interruption interruption;
     ll_team *team; /* of the caller: threads for a tick; NULL: its own alone */
     ll_checkpoint checkpoints[LL_CHECKPOINTS];
-    ll_saved_state saved;
     ll_session_events events;
     void (*on_packet)(void *context, const void *row); /* of an ll_recorder, while a capture is written */
     struct ll_capture *capture;                        /* not owned */
@@ -174,10 +166,6 @@ bool ll_session_allocate(ll_session *s); /* the configurations' memory, all zero
  * only the functions below may be called. */
 void ll_session_pack(ll_session *s);
 ll_status ll_session_unpack(ll_session *s); /* LL_NO_MEMORY */
-/* The bytes in which a configuration differs from another, which is then equal to it; `to` NULL: only their
- * number. Reading gives the end of what was read. */
-size_t ll_session_write_differences(const ll_session *s, void *known, const void *object, unsigned char *to);
-const unsigned char *ll_session_read_differences(const ll_session *s, const unsigned char *at, void *object);
 int64_t ll_session_seed(const ll_session *s);
 const char *ll_session_title(const ll_session *s);
 size_t ll_session_config_used(const ll_session *s);  /* bytes of the present configuration */
@@ -230,7 +218,6 @@ void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint,
                            bool record);  /* checkpoint NULL: from the beginning */
 void ll_session_apply_due(ll_session *s); /* applies log and timeline up to the present tick */
 void ll_session_drop_checkpoints(ll_session *s, int64_t from); /* those of `from` and later ticks */
-void ll_session_drop_saved_state(ll_session *s);
 void ll_session_emit_own(const ll_session *s, const char *op); /* emits an op to the session's own listener */
 void ll_session_set_clock(ll_session *s, ll_time wall);        /* the present tick is due at `wall` */
 

@@ -80,7 +80,9 @@ static void write_range(void *context, size_t from, size_t bytes)
     }
 }
 
-size_t ll_session_write_differences(const ll_session *s, void *known, const void *object, unsigned char *to)
+/* The bytes in which `object` differs from `known`, which is then equal to it; `to` NULL: only their number.
+ */
+static size_t write_differences(const ll_session *s, void *known, const void *object, unsigned char *to)
 {
     writing w = {.at = to, .known = known, .object = object};
     ll_param_each_range(s->scenario.kind->table, object, write_range, &w);
@@ -88,7 +90,8 @@ size_t ll_session_write_differences(const ll_session *s, void *known, const void
     return w.size;
 }
 
-const unsigned char *ll_session_read_differences(const ll_session *s, const unsigned char *at, void *object)
+/* Gives the end of what was read. */
+static const unsigned char *read_differences(const ll_session *s, const unsigned char *at, void *object)
 {
     difference d;
     for (memcpy(&d, at, sizeof d); d.bytes > 0; memcpy(&d, at, sizeof d)) {
@@ -108,7 +111,7 @@ static bool write_all(const ll_session *s, unsigned char *to, size_t *size)
     if (known)
         ll_param_defaults_in_zeros(table, known);
     for (int i = 0; i < CONFIGS && known; i++) {
-        *size += ll_session_write_differences(s, known, config_at(s, i), to ? to + *size : NULL);
+        *size += write_differences(s, known, config_at(s, i), to ? to + *size : NULL);
         void *next = calloc(1, s->config_size);
         if (next)
             ll_param_copy(table, next, known);
@@ -129,7 +132,7 @@ static void read_all(const ll_session *s, const ll_packed *packed)
             ll_param_defaults_in_zeros(table, config_at(s, 0));
         else
             ll_param_copy(table, config_at(s, i), config_at(s, i - 1));
-        at = ll_session_read_differences(s, at, config_at(s, i));
+        at = read_differences(s, at, config_at(s, i));
     }
     LL_ASSERT(at == packed->bytes + packed->size);
 }

@@ -15,8 +15,6 @@ static size_t checkpoint_bytes(const ll_session *s)
     for (int i = 0; i < LL_CHECKPOINTS; i++)
         if (s->checkpoints[i].block)
             bytes += s->block_size + ll_param_used(s->scenario.kind->table, s->config);
-    if (s->saved.checkpoint.block)
-        bytes += s->block_size + s->config_size + s->saved.event_count * sizeof(ll_event);
     return bytes;
 }
 

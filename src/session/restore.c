@@ -223,18 +223,14 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
     return ll_ok();
 }
 
-/* Changes are checked after all lines are read, since a later rewind may drop them; those before a saved
- * state were checked when they were made. */
+/* Changes are checked after all lines are read, since a later rewind may drop them. */
 static ll_status check_changes(ll_session *s)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     const ll_scenario_head *head = ll_session_head(s);
-    const ll_checkpoint *saved = s->saved.checkpoint.tick > 0 ? &s->saved.checkpoint : NULL;
     ll_status status = ll_ok();
-    int32_t step = saved ? saved->position.step : 0;
-    if (saved)
-        ll_param_copy(kind->table, s->config, saved->config);
-    for (size_t i = saved ? saved->position.next : 0; i < s->log.count && !ll_failed(&status); i++) {
+    int32_t step = 0;
+    for (size_t i = 0; i < s->log.count && !ll_failed(&status); i++) {
         while (ll_timeline_tick(head, step, s->freq) <= s->log.entries[i].tick)
             ll_apply_values(kind, s->config, head->timeline[step++].set);
         if (s->log.entries[i].op == LL_OP_SET)
@@ -269,13 +265,11 @@ static ll_status read_lines(const char *log, size_t length, ll_log_line *on_line
     return status;
 }
 
-ll_status ll_session_restore_from(const ll_session_source *source, ll_log_line *on_line, void *context,
-                                  ll_session **session)
+ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
+                             ll_session **session)
 {
     *session = NULL;
-    ll_status status = read_lines(source->log, source->length, on_line, context, session);
-    if (!ll_failed(&status) && source->state)
-        ll_session_use_state(*session, source->state, source->state_size); /* or not, if it does not fit */
+    ll_status status = read_lines(log, length, on_line, context, session);
     LL_THEN(status, check_changes(*session));
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
@@ -287,11 +281,4 @@ ll_status ll_session_restore_from(const ll_session_source *source, ll_log_line *
         s->status = failed ? LL_SESSION_FAILED : LL_SESSION_PAUSED;
     }
     return status;
-}
-
-ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
-                             ll_session **session)
-{
-    return ll_session_restore_from(&(ll_session_source){.log = log, .length = length}, on_line, context,
-                                   session);
 }

@@ -43,7 +43,6 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     snprintf(s->version, sizeof s->version, "%s", ll_version);
     for (int i = 0; i < LL_CHECKPOINTS; i++)
         s->checkpoints[i].tick = -1;
-    s->saved.checkpoint.tick = -1;
     s->listener.on_line = on_line;
     s->listener.context = context;
     *session = s;

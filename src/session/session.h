@@ -70,16 +70,6 @@ void ll_session_destroy(ll_session *session);
  * the last tick of the log. */
 ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
                              ll_session **session);
-/* The same with a state that ll_session_save_state made, NULL: none. If the log leads to it, the session
- * wakes from it, and only the commands after it are checked; if not, all is as without it. */
-typedef struct ll_session_source {
-    const char *log;
-    size_t length;
-    const void *state;
-    size_t state_size;
-} ll_session_source;
-ll_status ll_session_restore_from(const ll_session_source *source, ll_log_line *on_line, void *context,
-                                  ll_session **session);
 
 /* A copy of the log up to the present tick, with its own `on_line`, which receives all lines; paused at that
  * tick. */
@@ -286,16 +276,6 @@ typedef struct ll_session_position {
     bool playing;
 } ll_session_position;
 void ll_session_set_position(ll_session *session, ll_time wall, const ll_session_position *at);
-
-/* The state of the present tick, from which a session whose log begins in the same way can wake instead of
- * replaying it, in any process of the same engine (daemon/store/shared.h). LL_CONFLICT: it is parked or
- * failed, in a transition, or at tick 0. Caller frees `*bytes`. */
-ll_status ll_session_save_state(const ll_session *session, void **bytes, size_t *size);
-/* The next wake begins from this state, if it is not later than the session's tick; it is copied. The session
- * must be asleep. LL_CONFLICT: it is not, or the state is damaged, or not one that the log leads to. */
-ll_status ll_session_use_state(ll_session *session, const void *bytes, size_t size);
-int64_t ll_session_saved_tick(const ll_session *session); /* of the state that it would wake from; -1: none */
-bool ll_session_is_asleep(const ll_session *session);     /* parked, and no wake has begun */
 
 /* Profiles parts of steps with the owner's clock, for `cost`; NULL: off. */
 void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));

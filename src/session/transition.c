@@ -21,7 +21,6 @@ static void end_transition(ll_session *s)
 {
     ll_transition transition = s->transition.kind;
     s->transition.kind = LL_TRANSITION_NONE;
-    ll_session_drop_saved_state(s);
     if (transition == LL_TRANSITION_WAKE) {
         end_wake(s);
     } else {

@@ -109,11 +109,11 @@ void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socke
     (void)pass;
 }
 
-ll_ws_known ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
     (void)ws;
     (void)upgrade;
-    return LL_WS_UNKNOWN;
+    return false;
 }
 
 /* ---- the host ---- */

@@ -1,4 +1,4 @@
-/* `laglab store`: lists, shows, pauses, resumes and deletes the experiments of a store; imports sessions. */
+/* `laglab store`: lists, shows, pauses, resumes and deletes the experiments of a store. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,8 +7,6 @@
 
 #include "cli/arguments.h"
 #include "cli/verbs.h"
-#include "daemon/store/import.h"
-#include "daemon/store/shared.h"
 #include "experiment/store/result_store.h"
 
 typedef struct store_args {
@@ -109,35 +107,13 @@ static ll_status delete (ll_result_store *store, const store_args *o)
     return status;
 }
 
-/* Sessions, not experiments: a folder of a daemon that has ended. */
-static ll_status import_folder(ll_result_store *store, const store_args *o)
-{
-    ll_imported got;
-    (void)store;
-    if (o->count != 2)
-        return ll_error(LL_BAD_INPUT, "import: must have one folder, the --data of a daemon");
-    if (strncmp(o->url, "postgresql://", 13) != 0 && strncmp(o->url, "postgres://", 11) != 0)
-        return ll_error(LL_BAD_INPUT, "--store: must be postgresql://USER@HOST/DATABASE to import sessions");
-    LL_TRY(ll_store_import(o->positional[1], o->url, &got));
-    printf("sessions %" PRId64 "\nlines    %" PRId64 " of their logs, %" PRId64 " bytes\nclasses  %" PRId64
-           "\nengine   %s, that of this laglab\n",
-           got.sessions, got.lines, got.bytes, got.classes, ll_engine);
-    if (got.boards > 0)
-        printf("boards to be shown again: %" PRId64 "\n", got.boards);
-    if (got.left_out > 0)
-        printf("left out %" PRId64 " sessions without a log or a key\n", got.left_out);
-    return ll_ok();
-}
-
 static const struct {
     const char *name;
     ll_status (*run)(ll_result_store *store, const store_args *order);
-    bool sessions; /* of no experiments: without their store */
-} verbs[] = {{"list", list, false},     {"show", show, false},     {"pause", pause_some, false},
-             {"resume", resume, false}, {"delete", delete, false}, {"import", import_folder, true}};
+} verbs[] = {{"list", list}, {"show", show}, {"pause", pause_some}, {"resume", resume}, {"delete", delete}};
 
 static const char usage[] =
-    "store list|show ID|pause ID...|resume ID...|delete ID...|import FOLDER [--store URL] [--force]";
+    "store list|show ID|pause ID...|resume ID...|delete ID... [--store URL] [--force]";
 
 int ll_verb_store(int argc, char **argv)
 {
@@ -153,12 +129,11 @@ int ll_verb_store(int argc, char **argv)
         verb++;
     o.url = ll_result_store_url(o.url);
     if (!ll_failed(&status) && verb == count)
-        status = ll_error(LL_BAD_INPUT, "store: must be one of list, show, pause, resume, delete, import");
+        status = ll_error(LL_BAD_INPUT, "store: must be one of list, show, pause, resume, delete");
     if (!ll_failed(&status) && !o.url)
         status = ll_error(LL_BAD_INPUT, "--store: required, or set LAGLAB_STORE");
     ll_result_store *store = NULL;
-    if (!ll_failed(&status) && !verbs[verb].sessions)
-        status = ll_result_store_open(o.url, &store);
+    LL_THEN(status, ll_result_store_open(o.url, &store));
     LL_THEN(status, verbs[verb].run(store, &o));
     ll_result_store_close(store);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;

@@ -24,10 +24,10 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
 {
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_session_entry *session_entry;
-    ll_status status = ll_host_obtain(api->host, request->parameter[0], request->task, &session_entry);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
+    ll_session_entry *session_entry = ll_host_find(api->host, request->parameter[0]);
+    ll_status none = ll_error(LL_NOT_FOUND, "Session not found.");
+    if (!session_entry)
+        ll_api_problem(response, request, &none);
     return session_entry;
 }
 

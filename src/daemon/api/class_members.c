@@ -46,12 +46,10 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
     memcpy(board, c->board.link.session, sizeof board);
     bool plays = c->board.status == LL_SESSION_PLAYING && !c->now.frozen;
     ll_class_entry_unlock(entry);
-    ll_session_entry *origin = NULL;
-    ll_status status = ll_host_obtain(api->host, board, request->task, &origin);
-    if (status.code == LL_NOT_FOUND)
-        status = ll_field_error(LL_CONFLICT, "role", "role: there is no board to copy yet.");
-    if (ll_failed(&status)) {
-        ll_api_problem(response, request, &status);
+    ll_session_entry *origin = ll_host_find(api->host, board);
+    if (!origin) {
+        ll_status none = ll_field_error(LL_CONFLICT, "role", "role: there is no board to copy yet.");
+        ll_api_problem(response, request, &none);
         return false;
     }
     ll_create_request create = {.origin = origin,
@@ -69,9 +67,8 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
 
 static void delete_session(ll_api *api, const char *id, struct ll_task *task)
 {
-    ll_session_entry *session = NULL;
-    ll_status status = id[0] ? ll_host_obtain(api->host, id, task, &session) : ll_ok();
-    if (session && !ll_failed(&status))
+    ll_session_entry *session = ll_host_find(api->host, id);
+    if (session)
         ll_host_delete(api->host, session, task);
     ll_session_entry_release(session);
 }

@@ -11,40 +11,23 @@
 
 /* ---- the class of a request, and who asks ---- */
 
-/* To the address with the class's id, by which a proxy finds the daemon that has it. */
-static void send_on(const ll_http_request *request, ll_http_response *response, const char *id)
-{
-    char location[160];
-    const char *rest = strstr(request->path, "/classes/") + strlen("/classes/") + LL_CODE_LENGTH;
-    snprintf(location, sizeof location, "/api/v1/classes/%s%.80s", id, rest);
-    ll_status status = ll_error(LL_UNAVAILABLE, "The class is at another daemon, by its id %s.", id);
-    ll_http_problem_as(response, request, 308, &status);
-    ll_http_set_header(response, "Location", location);
-    ll_http_set_header(response, "Cache-Control", "no-store");
-}
-
 ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
-    char elsewhere[LL_ID_LENGTH + 1];
     ll_class_entry *entry = NULL;
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_status status =
-        ll_classes_find(api->classes, request->parameter[0], request->peer, request->task, &entry, elsewhere);
+    ll_status status = ll_classes_find(api->classes, request->parameter[0], request->peer, &entry);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
-    else if (!entry)
-        send_on(request, response, elsewhere);
     return entry;
 }
 
 ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response)
 {
     ll_class *c = ll_class_entry_lock(entry);
-    ll_status ended = ll_error(LL_NOT_FOUND, "The class has ended."),
-              moved = ll_error(LL_UNAVAILABLE, "The class is just leaving this daemon; try again.");
+    ll_status ended = ll_error(LL_NOT_FOUND, "The class has ended.");
     if (!c)
-        ll_api_problem(response, request, ll_class_entry_has_moved(entry) ? &moved : &ended);
+        ll_api_problem(response, request, &ended);
     return c;
 }
 
@@ -137,8 +120,6 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     ll_class_entry *entry = NULL;
     if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
-    if (ll_store_is_shared(api->store) && ll_http_become_task(request, response))
-        return; /* the store is asked, which may take long */
     cJSON *body = ll_api_optional_body(request, response), *state = NULL;
     if (!body)
         return;
@@ -226,9 +207,11 @@ static ll_session_entry *find_own(ll_api *api, const cJSON *body, const ll_http_
     if (!ll_failed(&status) && !cJSON_IsString(key))
         status = ll_field_error(LL_BAD_INPUT, "owner_key", "owner_key: must be that of the session (text).");
     ll_session_entry *session = NULL;
-    LL_THEN(status, ll_host_obtain(api->host, id->valuestring, request->task, &session));
-    if (status.code == LL_NOT_FOUND)
-        status = ll_field_error(LL_BAD_INPUT, "session", "session: there is none with this id.");
+    if (!ll_failed(&status)) {
+        session = ll_host_find(api->host, id->valuestring);
+        if (!session)
+            status = ll_field_error(LL_BAD_INPUT, "session", "session: there is none with this id.");
+    }
     if (session &&
         ll_session_entry_role(session, key->valuestring, strlen(key->valuestring)) != LL_ROLE_OWNER)
         status = ll_field_error(LL_FORBIDDEN, "owner_key", "owner_key: not that of this session.");
@@ -251,34 +234,6 @@ static void show(ll_api *api, ll_class_entry *entry, const ll_session_entry *ses
     ll_classes_revoke(api->classes, before);
 }
 
-/* In a shared store the sessions of a class are where the class is, by their ids: one that was made for
- * itself is shown as a fork. False: the error was answered. */
-static bool fork_own(ll_api *api, const ll_class_entry *entry, const ll_http_request *request,
-                     ll_http_response *response, ll_created_session *created)
-{
-    ll_session_entry *own = created->session_entry;
-    ll_session_glance glance;
-    bool known = ll_session_entry_glance(own, &glance);
-    ll_create_request create = {.origin = own,
-                                .seed = -1,
-                                .paused = !known || glance.status != LL_SESSION_PLAYING,
-                                .group = ll_class_entry_id(entry),
-                                .group_most = ll_classes_get_config(api->classes)->max_class_sessions,
-                                .peer = request->peer,
-                                .class_key = ll_class_entry_class_key(entry),
-                                .task = request->task};
-    bool made = ll_api_make_session(api, request, response, &create, created);
-    ll_session_entry_release(own);
-    if (!made)
-        created->session_entry = NULL;
-    return made;
-}
-
-static bool goes_along(const ll_class_entry *entry, const ll_session_entry *session)
-{
-    return strncmp(ll_class_entry_id(entry), ll_session_entry_id(session), LL_STEM_LENGTH) == 0;
-}
-
 static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, const ll_http_request *request,
                       ll_http_response *response)
 {
@@ -293,9 +248,6 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
         created.session_entry = find_own(api, body, request, response);
     else if (!ll_api_create_session(api, request, response, body, &made_here, &created))
         created.session_entry = NULL;
-    if (given && created.session_entry && ll_store_is_shared(api->store) &&
-        !goes_along(entry, created.session_entry))
-        given = !fork_own(api, entry, request, response, &created);
     if (!created.session_entry)
         return;
     show(api, entry, created.session_entry);

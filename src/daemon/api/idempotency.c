@@ -7,7 +7,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/support/seal.h"
+#include "daemon/support/digest.h"
 
 enum { KEPT = 1024 };
 
@@ -83,62 +83,4 @@ void ll_api_idempotency_end(ll_api_idempotency *table, uint64_t name, const char
             entry->number = 0;
     }
     pthread_mutex_unlock(&table->lock);
-}
-
-/* ---- of a shared store ---- */
-
-static void write_hex(const unsigned char digest[LL_DIGEST_SIZE], char text[LL_ANSWER_HEX])
-{
-    for (size_t i = 0; i < LL_DIGEST_SIZE; i++)
-        snprintf(text + 2 * i, 3, "%02x", digest[i]);
-}
-
-/* Names what is stored and the key that seals it, neither of which leads to the other. */
-static bool name_claim(const ll_http_request *request, const char *key, ll_api_claim *claim)
-{
-    static const char name_of[] = "name", seal_of[] = "seal";
-    unsigned char both[LL_DIGEST_SIZE], name[LL_DIGEST_SIZE], body[LL_DIGEST_SIZE];
-    bool done = ll_digest(request->peer, strlen(request->peer) + 1, key, strlen(key), both) &&
-                ll_digest(name_of, sizeof name_of, both, sizeof both, name) &&
-                ll_digest(seal_of, sizeof seal_of, both, sizeof both, claim->seal) &&
-                ll_digest(request->body, request->body_size, "", 0, body);
-    if (!done)
-        return false;
-    write_hex(name, claim->key.name);
-    write_hex(body, claim->key.body);
-    return true;
-}
-
-static char *seal_answer(void *context, const ll_created_session *created)
-{
-    const ll_api_claim *claim = context;
-    cJSON *json = ll_api_describe_created(created);
-    char *text = cJSON_PrintUnformatted(json), *sealed = text ? ll_seal(claim->seal, text) : NULL;
-    cJSON_Delete(json);
-    free(text);
-    return sealed;
-}
-
-ll_status ll_api_idempotency_claim(ll_host *host, const ll_http_request *request, const char *key,
-                                   ll_api_claim *claim, ll_api_repeat *repeat, char **text)
-{
-    static const ll_api_repeat repeats[] = {[LL_ANSWER_FIRST] = LL_REPEAT_FIRST,
-                                            [LL_ANSWER_SAME] = LL_REPEAT_SAME,
-                                            [LL_ANSWER_OTHER] = LL_REPEAT_OTHER,
-                                            [LL_ANSWER_BUSY] = LL_REPEAT_BUSY};
-    ll_answer_claim found;
-    *claim = (ll_api_claim){.answer = {.text = seal_answer, .context = claim, .key = &claim->key}};
-    if (!name_claim(request, key, claim))
-        return ll_error(LL_NO_MEMORY, "out of memory: Idempotency-Key");
-    LL_TRY(ll_host_claim_answer(host, &claim->key, &found));
-    *repeat = repeats[found.state];
-    *text = found.text ? ll_unseal(claim->seal, found.text) : NULL;
-    free(found.text);
-    return *repeat == LL_REPEAT_SAME && !*text ? ll_error(LL_IO, "The stored answer cannot be read.")
-                                               : ll_ok();
-}
-
-void ll_api_idempotency_give_back(ll_store *store, ll_api_claim *claim)
-{
-    ll_store_wait(store, ll_store_release_answer(store, &claim->key));
 }

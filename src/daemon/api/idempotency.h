@@ -2,12 +2,10 @@
  * nothing.
  *
  * The newest answers are kept in memory, a bounded number: they contain keys, which are never written to
- * disk. A store that several daemons share has them for a day, sealed by a digest of the Idempotency-Key,
- * which it does not have: only who repeats the request can read them. Any thread. */
+ * disk. Any thread. */
 #pragma once
 
 #include "daemon/api/api.h"
-#include "daemon/support/digest.h"
 
 ll_api_idempotency *ll_api_idempotency_new(void);
 void ll_api_idempotency_free(ll_api_idempotency *table);
@@ -23,17 +21,3 @@ ll_api_repeat ll_api_idempotency_begin(ll_api_idempotency *table, const char *pe
                                        const char *body, size_t size, uint64_t *name, char **answer);
 /* `answer` NULL: the request failed, and the key may be used again. */
 void ll_api_idempotency_end(ll_api_idempotency *table, uint64_t name, const char *answer);
-
-/* ---- of a shared store ---- */
-
-typedef struct ll_api_claim {
-    ll_create_answer answer; /* for the session's creation */
-    ll_answer_key key;
-    unsigned char seal[LL_DIGEST_SIZE];
-} ll_api_claim;
-
-/* `text` (malloc'ed, caller frees) with LL_REPEAT_SAME. With LL_REPEAT_FIRST the session is created with
- * `claim->answer`; if that fails, ll_api_idempotency_give_back. Asks the store. */
-ll_status ll_api_idempotency_claim(ll_host *host, const ll_http_request *request, const char *key,
-                                   ll_api_claim *claim, ll_api_repeat *repeat, char **text);
-void ll_api_idempotency_give_back(ll_store *store, ll_api_claim *claim);

@@ -16,19 +16,16 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
 
 #define STUCK_S 5.0
 
-/* Not work that waits in a queue which goes on, however long: all daemons have such queues when one of them
- * has died, and must not all be taken out for that. Stuck is a daemon in which nothing has ended for long. A
- * database that does not answer holds changes until the end of the lease, which has its own answer. */
+/* Not work that waits in a queue which goes on, however long. Stuck is a daemon in which nothing has ended
+ * for long. */
 static ll_status find_stuck(ll_api *api)
 {
-    double lease_s = ll_store_is_shared(api->store) ? ll_host_lease_s(api->host) : 0;
-    double limit_s = lease_s > STUCK_S ? lease_s : STUCK_S;
     ll_web_server *web_server = atomic_load(&api->web_server);
     double control_s = web_server ? ll_web_server_get_stats(web_server).stalled_s : 0;
     double work_s = ll_tasks_get_stats(api->tasks).stalled_s;
-    if (control_s > limit_s)
+    if (control_s > STUCK_S)
         return ll_error(LL_UNAVAILABLE, "Short requests wait, and none was answered for %.0f s.", control_s);
-    if (work_s > limit_s)
+    if (work_s > STUCK_S)
         return ll_error(LL_UNAVAILABLE, "Long requests wait, and none got a turn for %.0f s.", work_s);
     return ll_ok();
 }
@@ -37,19 +34,15 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
 {
     ll_api *api = context;
     int phase = atomic_load(&api->phase);
-    ll_status lease = ll_store_check_lease(api->store);
-    ll_status stuck = phase == LL_API_READY && !ll_failed(&lease) ? find_stuck(api) : ll_ok();
+    ll_status stuck = phase == LL_API_READY ? find_stuck(api) : ll_ok();
     if (ll_failed(&stuck)) {
         ll_http_problem_later(response, request, 503, 5, &stuck);
-    } else if (phase == LL_API_READY && !ll_failed(&lease)) {
+    } else if (phase == LL_API_READY) {
         ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
     } else {
-        ll_status error = ll_failed(&lease)
-                              ? lease
-                              : ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
-                                                                            : "The daemon is stopping.");
-        /* With 404 a proxy leaves streams alone, and sends new requests to other daemons. */
-        ll_http_problem_later(response, request, ll_store_is_shared(api->store) ? 404 : 503, 5, &error);
+        ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
+                                                                      : "The daemon is stopping.");
+        ll_http_problem_later(response, request, 503, 5, &error);
     }
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
@@ -118,29 +111,7 @@ static void write_store(ll_http_response *r, ll_api *api)
                    store.commit_s, (long long)commits);
 }
 
-/* Of a store that several daemons share. */
-static void write_sharing(ll_http_response *r, ll_api *api, const ll_host_stats *s)
-{
-    if (!ll_store_is_shared(api->store))
-        return;
-    double left = ll_store_lease_left_s(api->store);
-    ll_prometheus_gauge(
-        r, "lease_left_seconds", left > 0 ? left : 0,
-        "Time until this daemon stops its sessions, unless it can renew its lease; 0: they are stopped.");
-    ll_prometheus_family(
-        r, "claims_total", "counter",
-        "Sessions claimed: without an owner, this daemon's own, of a dead daemon, or given by a living one.");
-    for (int i = 0; i < LL_CLAIM_WHYS; i++)
-        ll_prometheus_labelled(r, "claims_total", "why", ll_claim_whys[i], s->claims[i]);
-    ll_prometheus_counter(r, "sessions_given_total", s->given, "Sessions given to other daemons.");
-    ll_prometheus_counter(r, "replay_mismatch_total", s->mismatches,
-                          "Claimed sessions whose log leads to another state than they had.");
-    ll_prometheus_counter(r, "states_stored_total", s->states_stored,
-                          "States stored, from which a session can begin instead of a replay of its log.");
-    ll_prometheus_counter(r, "states_used_total", s->states_used, "Sessions that began from a stored state.");
-}
-
-/* As last counted, in a shared store for all daemons together. Names of keys need no quoting. */
+/* Names of keys need no quoting. */
 static void write_keys(ll_http_response *r, ll_api *api)
 {
     static const struct {
@@ -190,5 +161,4 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     write_refused(response, &s, &d);
     write_keys(response, api);
     write_store(response, api);
-    write_sharing(response, api, &s);
 }

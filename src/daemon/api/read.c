@@ -272,28 +272,7 @@ void ll_get_packets(void *context, const ll_http_request *request, ll_http_respo
     reading(context, request, response, fill_packets, finish_packets);
 }
 
-/* Of a session whose replay differs from what it was: 409, except for its log. */
-static bool answer_stored_log(ll_api *api, const ll_http_request *request, ll_http_response *response)
-{
-    ll_session_entry *session_entry;
-    char *text = NULL;
-    size_t length = 0;
-    ll_status status = ll_host_obtain(api->host, request->parameter[0], request->task, &session_entry);
-    if (ll_failed(&status))
-        return false;
-    status = ll_session_entry_stored_log(session_entry, &text, &length);
-    ll_session_entry_release(session_entry);
-    if (ll_failed(&status))
-        return false;
-    ll_http_clear(response);
-    ll_http_take(response, 200, "application/x-ndjson", text, length);
-    return true;
-}
-
 void ll_get_log(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_api *api = context;
-    reading(api, request, response, fill_log, NULL);
-    if (response->status == 409 && request->task)
-        answer_stored_log(api, request, response);
+    reading(context, request, response, fill_log, NULL);
 }

@@ -154,12 +154,11 @@ bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_
     return made;
 }
 
-static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                        const ll_create_answer *answer)
+static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
     cJSON *body = ll_api_body(request, response);
     ll_created_session created;
-    ll_create_request base = {.seed = -1, .answer = answer, .class_key = ll_api_class_key(api, request)};
+    ll_create_request base = {.seed = -1, .class_key = ll_api_class_key(api, request)};
     bool made = body && ll_api_create_session(api, request, response, body, &base, &created);
     cJSON_Delete(body);
     return made ? answer_session(response, &created) : NULL;
@@ -177,30 +176,6 @@ static void refuse_repeat(ll_api_repeat repeat, const ll_http_request *request, 
         ll_http_problem_as(response, request, 422, &other);
 }
 
-/* With a store that several daemons share. */
-static void create_at_most_once(ll_api *api, const char *key, const ll_http_request *request,
-                                ll_http_response *response)
-{
-    ll_api_claim claim;
-    ll_api_repeat repeat;
-    char *text = NULL;
-    if (ll_http_become_task(request, response))
-        return; /* the store is asked, which may take long */
-    ll_status status = ll_api_idempotency_claim(api->host, request, key, &claim, &repeat, &text);
-    if (ll_failed(&status)) {
-        ll_api_problem(response, request, &status);
-    } else if (repeat == LL_REPEAT_FIRST) {
-        text = create_new(api, request, response, &claim.answer);
-        if (!text)
-            ll_api_idempotency_give_back(api->store, &claim);
-    } else if (repeat == LL_REPEAT_SAME) {
-        answer_created(response, text);
-    } else {
-        refuse_repeat(repeat, request, response);
-    }
-    free(text);
-}
-
 void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
@@ -208,11 +183,7 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
         return;
     const char *key = ll_http_header(request, "Idempotency-Key");
     if (!key || !*key) {
-        free(create_new(api, request, response, NULL));
-        return;
-    }
-    if (ll_store_is_shared(api->store)) {
-        create_at_most_once(api, key, request, response);
+        free(create_new(api, request, response));
         return;
     }
     uint64_t name = 0;
@@ -220,7 +191,7 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
     ll_api_repeat repeat = ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body,
                                                     request->body_size, &name, &text);
     if (repeat == LL_REPEAT_FIRST) {
-        text = create_new(api, request, response, NULL);
+        text = create_new(api, request, response);
         ll_api_idempotency_end(api->idempotency, name, text);
     } else if (repeat == LL_REPEAT_SAME) {
         answer_created(response, text ? text : "{}");
@@ -342,22 +313,21 @@ void ll_delete_session(void *context, const ll_http_request *request, ll_http_re
 void ll_get_code(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
-    char id[LL_ID_LENGTH + 1];
-    ll_status status = ll_ok();
     if (!ll_api_started(api, request, response))
         return;
-    if (ll_store_is_shared(api->store) && ll_http_become_task(request, response))
-        return; /* the store may be asked, which may take long */
-    if (!ll_host_allows_lookup(api->host, request->peer))
-        status = ll_error(LL_LIMIT, "Too many codes looked up from this address.");
-    LL_THEN(status, ll_host_find_code_id(api->host, request->parameter[0], id));
-    if (ll_failed(&status)) {
+    bool allowed = ll_host_allows_lookup(api->host, request->peer);
+    ll_session_entry *session_entry = allowed ? ll_host_find_code(api->host, request->parameter[0]) : NULL;
+    if (!session_entry) {
+        ll_status status = allowed ? ll_error(LL_NOT_FOUND, "Code not found.")
+                                   : ll_error(LL_LIMIT, "Too many codes looked up from this address.");
         ll_api_problem(response, request, &status);
         return;
     }
+    const char *id = ll_session_entry_id(session_entry);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", id);
     ll_api_links(json, id);
     ll_http_json(response, 200, json);
     cJSON_Delete(json);
+    ll_session_entry_release(session_entry);
 }

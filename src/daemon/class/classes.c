@@ -19,7 +19,7 @@ static const ll_param rows[] = {
     {ROW(max_class_members, LL_PARAM_INT), .min = 1, .max = 1000, .default_value = 64,
      .help = "Members of a class; those without a connection for a minute make room for new ones."},
     {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 500,
-     .help = "Sessions that were made for one class, boards and copies; of all daemons of a shared store."},
+     .help = "Sessions that were made for one class, boards and copies."},
     {ROW(class_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
      .help = "A class ends after this time without connections and requests."},
 };
@@ -32,93 +32,54 @@ const ll_param_table ll_classes_table = {.name = "classes",
 
 /* ---- finding ---- */
 
-static ll_class_entry *find_here(ll_classes *classes, const char *name, bool by_code)
-{
-    pthread_mutex_lock(&classes->lock);
-    ll_class_entry *entry = ll_classes_find_entry(classes, name, by_code);
-    if (entry && (entry->leaving || !ll_class_entry_is_held(entry)))
-        entry = NULL;
-    if (entry) {
-        ll_class_entry_retain(entry);
-        entry->used = ll_host_now();
-    }
-    pthread_mutex_unlock(&classes->lock);
-    return entry;
-}
-
-/* In the shared store. Codes lead to the wrong daemon: a class that another one has stays there, and who
- * asks is sent to its id. */
-static ll_status find_shared(ll_classes *classes, const char *name, bool by_code, ll_task *task,
-                             ll_class_entry **entry, char elsewhere[LL_ID_LENGTH + 1])
-{
-    char id[LL_ID_LENGTH + 1] = "";
-    LL_TRY(ll_store_check_lease(classes->store));
-    if (!task)
-        return ll_error(LL_INTERRUPTED, "the class is not at this daemon");
-    if (!by_code)
-        return ll_classes_obtain(classes, name, true, task, entry);
-    LL_TRY(ll_store_find_class(classes->store, name, id));
-    ll_status status = ll_classes_obtain(classes, id, false, task, entry);
-    if (status.code != LL_UNAVAILABLE)
-        return status;
-    memcpy(elsewhere, id, sizeof id);
-    return ll_ok();
-}
-
-static ll_status find_anywhere(ll_classes *classes, const char *name, bool by_code, ll_task *task,
-                               ll_class_entry **entry, char elsewhere[LL_ID_LENGTH + 1])
-{
-    bool shared = ll_store_is_shared(classes->store);
-    elsewhere[0] = '\0';
-    *entry = find_here(classes, name, by_code);
-    if (shared && !*entry && (by_code || ll_is_id(name)))
-        return find_shared(classes, name, by_code, task, entry, elsewhere);
-    ll_status status = *entry ? ll_store_check_lease(classes->store)
-                              : ll_error(LL_NOT_FOUND, "Class not found. It has ended, or its daemon kept "
-                                                       "nothing over a restart.");
-    if (ll_failed(&status)) {
-        ll_class_entry_release(*entry);
-        *entry = NULL;
-    }
-    return status;
-}
-
 /* Looking up takes a token and finding gives it back, so that only codes that do not exist are counted: a
  * class of thirty joins at once from one address, and a client that has guessed too often learns nothing
  * more. */
-ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_task *task,
-                          ll_class_entry **result, char elsewhere[LL_ID_LENGTH + 1])
+ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **result)
 {
     char code[LL_CODE_LENGTH + 1];
     bool by_code = ll_code_read(name, code);
     ll_time now = ll_host_now();
     *result = NULL;
-    elsewhere[0] = '\0';
     if (by_code && !ll_rate_limits_take(classes->lookups, peer, now))
         return ll_error(LL_LIMIT, "Too many codes looked up from this address that do not exist.");
-    ll_status status = find_anywhere(classes, by_code ? code : name, by_code, task, result, elsewhere);
-    if (by_code && status.code != LL_NOT_FOUND)
+    pthread_mutex_lock(&classes->lock);
+    ll_class_entry *entry = ll_classes_find_entry(classes, by_code ? code : name, by_code);
+    if (entry) {
+        ll_class_entry_retain(entry);
+        entry->used = now;
+    }
+    pthread_mutex_unlock(&classes->lock);
+    if (!entry)
+        return ll_error(LL_NOT_FOUND,
+                        "Class not found. It has ended, or its daemon kept nothing over a restart.");
+    if (by_code)
         ll_rate_limits_take_many(classes->lookups, peer, -1, now);
-    return status;
+    *result = entry;
+    return ll_ok();
 }
 
 /* ---- opening and ending ---- */
 
-static ll_status check_quota(const ll_classes *classes, bool full, bool client_full, ll_class_key *full_key)
+static ll_status check_quota(const ll_classes *classes, const ll_class_entry *entry)
 {
-    if (full)
+    int64_t own = 0;
+    ll_class_key *key = entry->class_key;
+    for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
+        own += !other->key_name[0] && other->client == entry->client;
+    if (classes->count >= classes->config.max_classes)
         return ll_error(LL_LIMIT, "classes: must be at most %lld at once (--max-classes)",
                         (long long)classes->config.max_classes);
-    if (client_full)
+    if (own >= classes->config.max_client_classes)
         return ll_error(LL_LIMIT,
                         "classes: must be at most %lld at once from one address "
                         "(--max-client-classes)",
                         (long long)classes->config.max_client_classes);
-    if (!full_key)
+    if (!key || !ll_class_key_is_full(key, LL_KEY_CLASSES))
         return ll_ok();
-    atomic_fetch_add(&full_key->refused, 1);
+    atomic_fetch_add(&key->refused, 1);
     return ll_error(LL_LIMIT, "The class key %s has as many classes as it may have (%lld); delete some.",
-                    full_key->name, (long long)full_key->most[LL_KEY_CLASSES]);
+                    key->name, (long long)key->most[LL_KEY_CLASSES]);
 }
 
 static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
@@ -135,13 +96,7 @@ static bool choose_names(const ll_classes *classes, ll_class_entry *entry)
 
 static ll_status add(ll_classes *classes, ll_class_entry *entry)
 {
-    int64_t own = 0;
-    ll_class_key *key = entry->class_key;
-    for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
-        own += !other->key_name[0] && other->client == entry->client;
-    LL_TRY(check_quota(classes, classes->count >= classes->config.max_classes,
-                       own >= classes->config.max_client_classes,
-                       key && ll_class_key_is_full(key, LL_KEY_CLASSES) ? key : NULL));
+    LL_TRY(check_quota(classes, entry));
     if (classes->stopping || !choose_names(classes, entry))
         return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
     entry->touched = true;
@@ -149,31 +104,6 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
     if (!ll_failed(&status))
         ll_class_entry_store(entry, ll_host_now());
     return status;
-}
-
-/* In the shared store first: its names and quotas are those of all daemons. */
-static ll_status add_shared(ll_classes *classes, ll_class_entry *entry)
-{
-    const char *shard = ll_host_get_config(classes->host)->shard;
-    for (int attempt = 0; attempt < 100; attempt++) {
-        ll_opened_class opened;
-        if (!ll_new_code(shard, entry->code) || !ll_new_id(shard, entry->id))
-            break;
-        LL_TRY(ll_class_entry_open_shared(entry, &opened));
-        LL_TRY(
-            check_quota(classes, opened.full, opened.client_full, opened.key_full ? entry->class_key : NULL));
-        if (opened.taken)
-            continue;
-        entry->daemon = opened.daemon;
-        pthread_mutex_lock(&classes->lock);
-        ll_status status = classes->stopping ? ll_error(LL_UNAVAILABLE, "No class can be opened now.")
-                                             : ll_class_entry_list(entry);
-        pthread_mutex_unlock(&classes->lock);
-        if (ll_failed(&status))
-            ll_store_delete_class(classes->store, entry->daemon, entry->id);
-        return status;
-    }
-    return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
 }
 
 ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *class_key,
@@ -194,9 +124,7 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
         memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
     entry->used = ll_host_now();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
-    if (!ll_failed(&status) && ll_store_is_shared(classes->store)) {
-        status = add_shared(classes, entry);
-    } else if (!ll_failed(&status)) {
+    if (!ll_failed(&status)) {
         pthread_mutex_lock(&classes->lock);
         status = add(classes, entry);
         pthread_mutex_unlock(&classes->lock);
@@ -237,7 +165,7 @@ ll_class *ll_class_entry_lock(ll_class_entry *entry)
 {
     pthread_mutex_lock(&entry->classes->lock);
     entry->used = ll_host_now();
-    if (!entry->ended && !entry->leaving && ll_class_entry_is_held(entry))
+    if (!entry->ended)
         return &entry->values;
     pthread_mutex_unlock(&entry->classes->lock);
     return NULL;
@@ -280,8 +208,7 @@ static int guest_role(void *context, const char *session, const char *key, size_
     int role = LL_ROLE_NONE;
     pthread_mutex_lock(&classes->lock);
     for (const ll_class_entry *entry = classes->first; entry && role == LL_ROLE_NONE; entry = entry->next)
-        role = entry->ended || !ll_class_entry_is_held(entry) ? LL_ROLE_NONE
-                                                              : role_in(&entry->values, session, key, length);
+        role = entry->ended ? LL_ROLE_NONE : role_in(&entry->values, session, key, length);
     pthread_mutex_unlock(&classes->lock);
     return role;
 }
@@ -331,8 +258,7 @@ static void *serve(void *context)
         bool active = false;
         ll_time now = ll_host_now();
         for (ll_class_entry *entry = classes->first; entry; entry = entry->next) {
-            ll_class_entry_check(entry);
-            if (!entry->ended && !entry->leaving)
+            if (!entry->ended)
                 active = visit(entry, now) || active;
         }
         ll_classes_close_ended(classes);
@@ -353,7 +279,6 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
         return ll_error(LL_NO_MEMORY, "out of memory: classes");
     *classes = (ll_classes){.config = *config, .host = host, .tasks = tasks, .ws = ws, .store = store};
     pthread_mutex_init(&classes->lock, NULL);
-    pthread_mutex_init(&classes->claiming, NULL);
     pthread_condattr_t monotonic; /* not affected by changes of the date */
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -363,7 +288,6 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
     ll_ws_hooks hooks = ll_classes_hooks(classes);
     ll_ws_set_hooks(ws, LL_STREAM_CLASS, &hooks);
     ll_host_set_guests(host, guest_role, classes);
-    ll_classes_share(classes);
     LL_TRY(ll_classes_restore(classes));
     classes->started = classes->lookups && pthread_create(&classes->thread, NULL, serve, classes) == 0;
     return classes->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start the thread of classes");
@@ -395,6 +319,5 @@ void ll_classes_free(ll_classes *classes)
     ll_rate_limits_free(classes->lookups);
     pthread_cond_destroy(&classes->wake);
     pthread_mutex_destroy(&classes->lock);
-    pthread_mutex_destroy(&classes->claiming);
     free(classes);
 }

@@ -9,10 +9,8 @@
  * With a store a class outlives the daemon: code, keys, seats, votes, phase and board are there again, and
  * its connections are lost ones. Without one it ends with the daemon.
  *
- * In a store that several daemons share one of them has a class, with the lease that it has its sessions by
- * (store/shared.h). Sessions that were made for a class have the stem of its id, and are always where it is:
- * the daemon that is asked for any of them claims the class first, and one that gives the class gives them
- * before. Any thread. */
+ * A session that was made for a class has the stem of its id (LL_STEM_LENGTH), by which such sessions are
+ * counted. Any thread. */
 #pragma once
 
 #include "daemon/class/class.h"
@@ -39,9 +37,6 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
 void ll_classes_stop(ll_classes *classes); /* joins the thread; NULL: no effect */
 void ll_classes_free(ll_classes *classes); /* after tasks, handlers and hooks have ended; NULL: no effect */
 
-/* Gives all classes with their sessions to other daemons; at the end. */
-void ll_classes_hand_over(ll_classes *classes);
-
 const ll_classes_config *ll_classes_get_config(const ll_classes *classes);
 int64_t ll_classes_count(ll_classes *classes);
 
@@ -51,21 +46,18 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
                           char key[LL_KEY_LENGTH + 1], ll_class_entry **entry);
 
 /* By code, in letters of either case, or by id. LL_NOT_FOUND; LL_LIMIT: this address looked up too many codes
- * that do not exist. In a shared store the class is claimed as a session is (ll_host_obtain, with the same
- * errors); `elsewhere` is the id of one that has this code and is at another daemon: no entry then. */
-ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, struct ll_task *task,
-                          ll_class_entry **entry, char elsewhere[LL_ID_LENGTH + 1]);
+ * that do not exist. */
+ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **entry);
 void ll_class_entry_release(ll_class_entry *entry); /* NULL: no effect */
 
 const char *ll_class_entry_id(const ll_class_entry *entry);
 const char *ll_class_entry_code(const ll_class_entry *entry);
 ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry); /* NULL: none */
 
-/* NULL: the class has ended or moved, and is not locked. */
+/* NULL: the class has ended, and is not locked. */
 ll_class *ll_class_entry_lock(ll_class_entry *entry);
 void ll_class_entry_unlock(ll_class_entry *entry); /* what changed is sent and done */
 
-bool ll_class_entry_has_moved(ll_class_entry *entry); /* to another daemon */
 void ll_class_entry_end(ll_class_entry *entry, const char *reason);
 /* No key of a class counts any more on the streams of this session. */
 void ll_classes_revoke(ll_classes *classes, const char *session);

@@ -48,7 +48,7 @@ ll_status ll_class_entry_list(ll_class_entry *entry)
     entry->next = classes->first;
     classes->first = entry;
     classes->count++;
-    if (entry->class_key && !ll_store_is_shared(classes->store))
+    if (entry->class_key)
         atomic_fetch_add(&entry->class_key->used[LL_KEY_CLASSES], 1);
     return status;
 }
@@ -96,13 +96,12 @@ void ll_classes_close_ended(ll_classes *classes)
         }
         *link = entry->next;
         classes->count--;
-        if (entry->class_key && !ll_store_is_shared(classes->store))
+        if (entry->class_key)
             atomic_fetch_sub(&entry->class_key->used[LL_KEY_CLASSES], 1);
-        if (!entry->moved)
-            ll_store_delete_class(classes->store, entry->daemon, entry->id);
+        ll_store_delete_class(classes->store, entry->id);
         pthread_mutex_unlock(&classes->lock);
         ll_classes_revoke(classes, entry->values.board.link.session);
-        ll_ws_stream_close(entry->stream, entry->moved ? LL_WS_RESTART : LL_WS_NO_SESSION, entry->ended);
+        ll_ws_stream_close(entry->stream, LL_WS_NO_SESSION, entry->ended);
         ll_class_entry_release(entry);
         pthread_mutex_lock(&classes->lock);
         link = &classes->first;

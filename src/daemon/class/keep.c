@@ -30,7 +30,8 @@ static void set_key(ll_class_entry *entry, const char *name)
     entry->class_key = ll_access_named_key(ll_host_get_config(entry->classes->host)->access, name);
 }
 
-char *ll_class_entry_text(const ll_class_entry *entry)
+/* As it is stored; the caller frees it. */
+static char *text_of(const ll_class_entry *entry)
 {
     char client[17];
     snprintf(client, sizeof client, "%016" PRIx64, entry->client);
@@ -51,12 +52,11 @@ void ll_class_entry_store(ll_class_entry *entry, ll_time now)
     bool used = entry->used > entry->stored_at && now - entry->stored_at > USE_NS;
     if (!store || !(entry->touched || c->changed || c->stirred || used))
         return;
-    char *text = ll_class_entry_text(entry);
+    char *text = text_of(entry);
     uint64_t hash = text ? ll_hash(1, text, strlen(text)) : entry->stored;
     if (hash != entry->stored || used) {
         int64_t idle_ms = (now - entry->used) / LL_MS;
-        ll_store_put_class(store, entry->daemon, entry->id, unix_ms() - (idle_ms > 0 ? idle_ms : 0),
-                           text ? text : "");
+        ll_store_put_class(store, entry->id, unix_ms() - (idle_ms > 0 ? idle_ms : 0), text ? text : "");
         entry->stored = hash;
         entry->stored_at = now;
     }
@@ -93,15 +93,6 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     return status;
 }
 
-ll_status ll_class_entry_make(ll_classes *classes, const char *id, int64_t idle_ms, const char *text,
-                              ll_class_entry **entry)
-{
-    cJSON *json = cJSON_Parse(text);
-    ll_status status = make_entry(classes, id, idle_ms, json, entry);
-    cJSON_Delete(json);
-    return status;
-}
-
 typedef struct reading {
     ll_classes *classes;
     char (*old)[LL_ID_LENGTH + 1]; /* ids to be deleted, after the list has been read */
@@ -126,7 +117,9 @@ static void restore(void *context, const char *id, int64_t seen_ms, const char *
         return;
     }
     ll_class_entry *entry = NULL;
-    ll_status status = ll_class_entry_make(classes, id, unix_ms() - seen_ms, text, &entry);
+    cJSON *json = cJSON_Parse(text);
+    ll_status status = make_entry(classes, id, unix_ms() - seen_ms, json, &entry);
+    cJSON_Delete(json);
     if (!ll_failed(&status)) {
         pthread_mutex_lock(&classes->lock);
         status = ll_class_entry_list(entry);
@@ -142,7 +135,7 @@ ll_status ll_classes_restore(ll_classes *classes)
     reading r = {.classes = classes};
     ll_status status = ll_store_list_classes(classes->store, restore, &r);
     for (size_t i = 0; i < r.count; i++)
-        ll_store_delete_class(classes->store, 0, r.old[i]);
+        ll_store_delete_class(classes->store, r.old[i]);
     free(r.old);
     return status;
 }

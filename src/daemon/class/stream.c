@@ -6,11 +6,19 @@
 
 #include "daemon/class/internal.h"
 #include "daemon/net/problem_json.h"
-#include "daemon/stream/requests.h"
 #include "session/scenario.h"
 
 #define GATHER_NS (500 * LL_MS) /* counts and measurements wait for each other this long */
 #define PING_NS (2 * LL_SECOND) /* between two measurements of a round trip */
+
+static void send_json(ll_classes *classes, ll_ws_viewer viewer, cJSON *json) /* takes ownership */
+{
+    char *text = json ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    if (text)
+        ll_ws_send(classes->ws, viewer, text, strlen(text));
+    free(text);
+}
 
 /* ---- sending; locked ---- */
 
@@ -50,7 +58,7 @@ static void send_own(ll_class_entry *entry)
     for (class_viewer *v = entry->viewers; v; v = v->next) {
         int place = ll_class_viewer_place(entry, v);
         if (place >= 0 && !c->members[place].notified)
-            ll_request_send(entry->classes->ws, v->id, ll_class_describe_member(c, place));
+            send_json(entry->classes, v->id, ll_class_describe_member(c, place));
     }
     for (int i = 0; i < c->capacity; i++)
         c->members[i].notified = true;
@@ -157,7 +165,7 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
 {
     ll_classes *classes = context;
     ll_class_entry *entry = session;
-    cJSON *json = NULL;
+    cJSON *json = NULL, *answer = cJSON_CreateObject();
     const cJSON *key = NULL;
     ll_status status = read_message(text, length, &json, &key);
     pthread_mutex_lock(&classes->lock);
@@ -165,13 +173,15 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
     if (viewer && !entry->ended && !ll_failed(&status))
         status = authenticate(entry, viewer, key);
     if (ll_failed(&status)) {
-        ll_request_refuse(classes->ws, id, "", ll_http_problem_status(status.code), &status);
+        cJSON_AddStringToObject(answer, "type", "error");
+        cJSON_AddItemToObject(answer, "problem",
+                              ll_http_problem_json(ll_http_problem_status(status.code), &status, NULL));
     } else {
-        cJSON *answer = ll_request_answer("reply", "");
+        cJSON_AddStringToObject(answer, "type", "reply");
         cJSON_AddTrueToObject(answer, "ok");
         cJSON_AddStringToObject(answer, "role", viewer && viewer->teacher ? "teacher" : "member");
-        ll_request_send(classes->ws, id, answer);
     }
+    send_json(classes, id, answer);
     classes->news = true;
     pthread_cond_signal(&classes->wake);
     pthread_mutex_unlock(&classes->lock);
@@ -220,7 +230,6 @@ ll_ws_hooks ll_classes_hooks(ll_classes *classes)
 {
     return (ll_ws_hooks){.context = classes,
                          .opened = on_opened,
-                         .unknown = ll_classes_expect,
                          .message = on_message,
                          .closed = on_closed,
                          .pong = on_pong,

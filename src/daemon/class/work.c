@@ -142,10 +142,10 @@ static ll_status read_players(ll_session_entry *session_entry, action *a, ll_tas
 
 static ll_status perform(ll_classes *classes, action *a, ll_task *task)
 {
-    ll_session_entry *session_entry;
-    ll_status status = ll_host_obtain(classes->host, a->session, task, &session_entry);
-    if (ll_failed(&status))
-        return status;
+    ll_session_entry *session_entry = ll_host_find(classes->host, a->session);
+    ll_status status = ll_ok();
+    if (!session_entry)
+        return ll_error(LL_NOT_FOUND, "Session not found.");
     if (a->deed == REVOKE)
         ll_session_entry_revoke_guests(session_entry, a->player);
     else if (a->deed == READ)
@@ -295,10 +295,6 @@ void ll_class_entry_look(ll_class_entry *entry)
         return;
     ll_session_entry *session_entry = ll_host_find(entry->classes->host, board->link.session);
     ll_session_glance glance;
-    if (!session_entry && ll_store_is_shared(entry->classes->store)) {
-        board->unread = true; /* reading it claims it, or finds that there is none */
-        return;
-    }
     if (!session_entry) {
         ll_class_set_board(c, "");
         return;

@@ -56,10 +56,9 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, boo
         bool more = ll_task_yield(task);
         pthread_mutex_lock(&session_entry->lock);
         if (session_entry->deleted || !session_entry->session) {
-            ll_status gone = ll_session_entry_gone(session_entry);
             *locked = false;
             pthread_mutex_unlock(&session_entry->lock);
-            return gone;
+            return ll_session_entry_gone();
         }
         if (!more && ll_session_get_info(session_entry->session).seeking)
             return stop_seek(session_entry, session_entry->command_count == command_count, goal);
@@ -75,9 +74,8 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
     LL_TRY(ll_session_entry_enter(session_entry, request->task, &session, NULL));
     ll_session_entry_stop_work(session_entry);
     if (session_entry->deleted || !session_entry->session) {
-        ll_status gone = ll_session_entry_gone(session_entry);
         pthread_mutex_unlock(&session_entry->lock);
-        return gone;
+        return ll_session_entry_gone();
     }
     bool locked = true;
     ll_status status = take(session_entry, request, session);
@@ -106,47 +104,26 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
     return ll_ok();
 }
 
-bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char *reason)
-{
-    bool first = !session_entry->deleted;
-    session_entry->deleted = true;
-    atomic_fetch_add(&session_entry->shared.cancels, 1);
-    /* Not with the last reference: a sleeping worker may hold one for long. */
-    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
-    ll_session_entry_leave_class_key(session_entry);
-    if (!first)
-        return false;
-    if (session_entry->session)
-        ll_session_destroy(session_entry->session);
-    session_entry->session = NULL;
-    ll_session_entry_count_memory(session_entry, 0);
-    atomic_store(&session_entry->shared.status, -1);
-    ll_ws_stream_close(session_entry->stream, code, reason);
-    atomic_store(&session_entry->shared.dropped, true);
-    return true;
-}
-
-bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *reason)
-{
-    ll_status status = ll_session_entry_lock(session_entry, NULL);
-    if (ll_failed(&status))
-        return false;
-    session_entry->moved = true;
-    bool dropped = ll_session_entry_drop(session_entry, LL_WS_RESTART, reason);
-    pthread_mutex_unlock(&session_entry->lock);
-    if (dropped)
-        ll_host_unregister(host, session_entry);
-    return dropped;
-}
-
 /* Removes a session from memory and registry, also while the store fails; its row is deleted when the store
  * works again. */
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket)
 {
     pthread_mutex_lock(&session_entry->lock);
-    bool first = ll_session_entry_drop(session_entry, LL_WS_NO_SESSION, "the session was deleted");
-    if (first)
-        *ticket = ll_store_delete(host->store, session_entry->stored.place);
+    bool first = !session_entry->deleted;
+    if (first) {
+        session_entry->deleted = true;
+        atomic_fetch_add(&session_entry->shared.cancels, 1);
+        /* Not with the last reference: a sleeping worker may hold one for long. */
+        ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+        ll_session_entry_leave_class_key(session_entry);
+        if (session_entry->session)
+            ll_session_destroy(session_entry->session);
+        session_entry->session = NULL;
+        ll_session_entry_count_memory(session_entry, 0);
+        atomic_store(&session_entry->shared.status, -1);
+        ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
+        *ticket = ll_store_delete(host->store, session_entry->stored.number);
+    }
     pthread_mutex_unlock(&session_entry->lock);
     if (first)
         ll_host_unregister(host, session_entry);
@@ -156,14 +133,11 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task *task)
 {
     LL_TRY(ll_host_check_store(host));
-    ll_status status =
-        ll_session_entry_lock(session_entry, task); /* a task that runs it unlocks within a piece */
-    if (ll_failed(&status))
-        return status;
+    LL_TRY(ll_session_entry_lock(session_entry, task)); /* a task that runs it unlocks within a piece */
     pthread_mutex_unlock(&session_entry->lock);
     uint64_t ticket = 0;
     if (!ll_host_discard(host, session_entry, &ticket))
-        return ll_session_entry_gone(session_entry);
+        return ll_session_entry_gone();
     atomic_fetch_add(&host->counts.deleted, 1);
     return ll_store_wait(host->store, ticket);
 }

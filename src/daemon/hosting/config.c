@@ -8,21 +8,10 @@ static const ll_param rows[] = {
              "~/.local/state/laglab."},
     {ROW(store, LL_PARAM_TEXT), .max = 511,
      .help = "Store of experiments: sqlite:FILE or postgresql://USER@HOST/DATABASE, which `laglab worker` "
-             "may share. With PostgreSQL also of the sessions, which several daemons may share. Empty: "
-             "$LAGLAB_STORE, or the folder of --data."},
-    {ROW(url, LL_PARAM_TEXT), .max = LL_STORE_URL_MAX,
-     .help =
-         "Where the other daemons of a PostgreSQL store reach this one: http://HOST:PORT. Empty: this daemon "
-         "is alone, or its sessions wait for the end of its lease when it is killed."},
+             "may share. Empty: $LAGLAB_STORE, or the folder of --data."},
     {ROW(shard, LL_PARAM_TEXT), .max = LL_SHARD_LENGTH,
      .help = "Name of this daemon among several behind one proxy, 1 to 4 of a-z and 0-9 without i, l and o: "
-             "its ids, "
-             "codes and links begin with it. Empty: it is alone."},
-    {ROW(store_wait_s, LL_PARAM_REAL), .min = 0, .max = 1e9, .default_value = 60, .unit = "s",
-     .help = "How long a start waits for a PostgreSQL store that does not answer; then it fails."},
-    {ROW(lease_s, LL_PARAM_REAL), .min = 0.5, .max = 3600, .default_value = 10, .unit = "s",
-     .help = "With a PostgreSQL store: other daemons take over the sessions of one that was silent for this "
-             "time. A daemon that cannot reach the store stops its sessions after 0.6 of it."},
+             "its ids, codes and links begin with it. Empty: it is alone."},
     {ROW(scenarios, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of the scenarios; empty: `scenarios` next to the program."},
     {ROW(api, LL_PARAM_TEXT), .max = 511,

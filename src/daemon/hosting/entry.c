@@ -32,11 +32,9 @@ ll_session_entry *ll_session_entry_new(ll_host *host)
     session_entry->identity.created_ms = unix_ms();
     session_entry->published.tick = -1;
     session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
-    session_entry->inbox.early_end = &session_entry->inbox.early;
     atomic_init(&session_entry->shared.references, 1);
     atomic_init(&session_entry->shared.last_used, ll_host_now());
     atomic_init(&session_entry->shared.status, -1);
-    atomic_init(&session_entry->shared.claimed, !ll_store_is_shared(host->store));
     pthread_mutex_init(&session_entry->lock, NULL);
     pthread_mutex_init(&session_entry->inbox.lock, NULL);
     pthread_cond_init(&session_entry->work.background_tick_done, NULL);
@@ -108,7 +106,7 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
     if (session_entry->shared.client_bytes)
         atomic_fetch_add(session_entry->shared.client_bytes, bytes);
     ll_class_key *key = atomic_load(&session_entry->shared.class_key);
-    if (key && !ll_store_is_shared(session_entry->host->store))
+    if (key)
         atomic_fetch_add(&key->used[LL_KEY_LOGS], bytes);
 }
 
@@ -120,15 +118,14 @@ ll_class_key *ll_host_named_key(const ll_host *host, const char *name)
 void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key)
 {
     atomic_store(&session_entry->shared.class_key, key);
-    atomic_store(&session_entry->shared.noted_bytes, -1);
-    if (key && !ll_store_is_shared(session_entry->host->store))
+    if (key)
         atomic_fetch_add(&key->used[LL_KEY_SESSIONS], 1);
 }
 
 void ll_session_entry_leave_class_key(ll_session_entry *session_entry)
 {
     ll_class_key *key = atomic_exchange(&session_entry->shared.class_key, NULL);
-    if (key && !ll_store_is_shared(session_entry->host->store))
+    if (key)
         atomic_fetch_sub(&key->used[LL_KEY_SESSIONS], 1);
 }
 
@@ -137,17 +134,15 @@ void ll_session_entry_on_line(void *context, const char *line, size_t length)
     ll_session_entry *session_entry = context;
     if (session_entry->restoring)
         return;
-    if (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0) { /* rewind, restart */
+    if (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0) /* rewind, restart */
         session_entry->stored.rewound = true; /* the head of the stored row is wrong, see ll_viewers_apply */
-        session_entry->stored.state_tick = 0; /* of another run */
-    }
     ll_session_entry_count_log(session_entry, (int64_t)length + 1);
     ll_entry_stored *stored = &session_entry->stored;
     int64_t index = stored->lines++;
     if (stored->collecting)
-        ll_store_batch_line(&stored->collected, stored->place, index, line, length);
+        ll_store_batch_line(&stored->collected, stored->number, index, line, length);
     else
-        stored->ticket = ll_store_line(session_entry->host->store, stored->place, index, line, length);
+        stored->ticket = ll_store_line(session_entry->host->store, stored->number, index, line, length);
 }
 
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes)

@@ -244,11 +244,9 @@ static bool try_lock(ll_session_entry *session_entry, double ms)
     return pthread_mutex_timedlock(&session_entry->lock, &until) == 0;
 }
 
-ll_status ll_session_entry_gone(const ll_session_entry *session_entry)
+ll_status ll_session_entry_gone(void)
 {
-    return session_entry->moved
-               ? ll_error(LL_UNAVAILABLE, "The session has just left this daemon; repeat the request.")
-               : ll_error(LL_NOT_FOUND, "Session not found.");
+    return ll_error(LL_NOT_FOUND, "Session not found.");
 }
 
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
@@ -259,9 +257,8 @@ ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
     }
     if (!session_entry->deleted)
         return ll_ok();
-    ll_status status = ll_session_entry_gone(session_entry);
     pthread_mutex_unlock(&session_entry->lock);
-    return status;
+    return ll_session_entry_gone();
 }
 
 /* Loads the session and begins to wake it; locked. */
@@ -270,10 +267,6 @@ static ll_status begin_wake(ll_session_entry *session_entry)
     ll_status status = ll_ok();
     if (!session_entry->session)
         status = ll_session_entry_load(session_entry);
-    else if (ll_session_is_asleep(session_entry->session))
-        ll_session_entry_fetch_state(session_entry);
-    else
-        return status;
     LL_THEN(status, ll_session_entry_fits(session_entry));
     LL_THEN(status, ll_session_begin_wake(session_entry->session));
     if (ll_failed(&status) && session_entry->session) {
@@ -303,9 +296,8 @@ static ll_status wake(ll_session_entry *session_entry, ll_task *task)
             return status;
         }
         if (ll_session_entry_work(session_entry, task, 0) < 0) {
-            status = ll_session_entry_gone(session_entry);
             pthread_mutex_unlock(&session_entry->lock);
-            return status;
+            return ll_session_entry_gone();
         }
         if (!ll_session_get_info(session_entry->session).parked)
             break;
@@ -340,9 +332,8 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
         if (!task)
             ll_session_entry_advance(session_entry, ll_host_now(), piece_ms);
         if (task && ll_session_entry_work(session_entry, task, catch_up_ms) < 0) {
-            status = ll_session_entry_gone(session_entry);
             pthread_mutex_unlock(&session_entry->lock);
-            return status;
+            return ll_session_entry_gone();
         }
         behind = behind_ms(session_entry);
         if (!task || behind == 0)
@@ -358,7 +349,6 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
                                  bool *was_parked)
 {
     atomic_store(&session_entry->shared.last_used, ll_host_now());
-    LL_TRY(ll_store_check_lease(session_entry->host->store));
     LL_TRY(ll_session_entry_lock(session_entry, task));
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)
@@ -382,8 +372,8 @@ void ll_session_entry_leave(ll_session_entry *session_entry)
 
 ll_status ll_host_check_store(ll_host *host)
 {
-    ll_status why = ll_store_check_lease(host->store);
-    if (!ll_failed(&why) && !ll_store_failing(host->store, &why))
+    ll_status why;
+    if (!ll_store_failing(host->store, &why))
         return ll_ok();
     atomic_fetch_add(&host->refused.store, 1);
     return ll_error(why.code, "Storage unavailable; change rejected: %.180s", why.text);

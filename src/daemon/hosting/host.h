@@ -19,18 +19,15 @@
 
 #include "base/status.h"
 #include "base/vtime.h"
-#include "daemon/store/shared.h"
+#include "daemon/store/store.h"
 #include "daemon/stream/ws.h"
 #include "session/session.h"
 
 /* Every setting is a row of ll_host_table: `park_after_s` is `--park-after-s` on the command line. */
 typedef struct ll_host_config {
-    char data[512];  /* folder of the database; `memory`: nothing is stored */
-    char store[512]; /* URL of the experiments' store, and of the sessions' if PostgreSQL; empty: in `data` */
-    char url[LL_STORE_URL_MAX + 1];  /* where other daemons of the store reach this one; empty: not at all */
+    char data[512];                  /* folder of the databases; `memory`: nothing is stored */
+    char store[512];                 /* URL of the experiments' store; empty: in `data` */
     char shard[LL_SHARD_LENGTH + 1]; /* with which ids and codes begin; empty: they are random alone */
-    double store_wait_s;             /* for a shared store, at the start */
-    double lease_s;                  /* of this daemon on the sessions that it has of a shared store */
     char scenarios[512];             /* folder of the library */
     char api[512];                   /* folder of openapi.yaml and asyncapi.yaml */
     int64_t threads;                 /* that step sessions; 0: one per core */
@@ -70,9 +67,6 @@ typedef struct ll_host_stats {
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
     uint64_t refused_memory, refused_logs;
-    /* Of a shared store: sessions claimed by reason, given to other daemons; replays with another state;
-     * states kept, and sessions that began from one. */
-    uint64_t claims[LL_CLAIM_WHYS], given, mismatches, states_stored, states_used;
     int64_t log_bytes;          /* of all sessions */
     int64_t memory, memory_max; /* bytes: reserved by sessions in memory, and the maximum */
 } ll_host_stats;
@@ -97,7 +91,6 @@ void ll_host_free(ll_host *host);                /* after the web server was clo
 ll_time ll_host_now(void); /* monotonic */
 const ll_host_config *ll_host_get_config(const ll_host *host);
 ll_host_stats ll_host_get_stats(ll_host *host);
-double ll_host_lease_s(const ll_host *host); /* of a shared store */
 
 /* ---- sessions ---- */
 
@@ -111,14 +104,6 @@ typedef struct ll_created_session {
     bool full; /* refused: the session limit is reached */
 } ll_created_session;
 
-/* Of a request that may be repeated: what is stored together with the session. `text` is called when the
- * session is made, and gives the caller of it a malloc'ed text; NULL: no memory. */
-typedef struct ll_create_answer {
-    ll_answer_key *key;
-    char *(*text)(void *context, const ll_created_session *created);
-    void *context;
-} ll_create_answer;
-
 typedef struct ll_create_request {
     const struct cJSON *scenario;       /* either this */
     ll_session_entry *origin;           /* or the session to fork */
@@ -126,19 +111,14 @@ typedef struct ll_create_request {
     const struct ll_workload *workload; /* inputs at the start of its log; NULL: none */
     bool paused;
     double speed;                   /* 0: default (1, or the origin's) */
-    const ll_create_answer *answer; /* NULL: none */
     const char *group;              /* id whose stem the session gets; NULL: none */
-    int64_t group_most;             /* sessions with that stem, of all daemons together */
+    int64_t group_most;             /* sessions with that stem */
     const char *peer;               /* the client's address, for the rate limit */
     struct ll_class_key *class_key; /* whose quotas count in place of the address's; NULL: none */
     struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
 } ll_create_request;
 
-/* Whether a request of a shared store is the first of its key. LL_ANSWER_BUSY: by a daemon that lives. */
-ll_status ll_host_claim_answer(ll_host *host, ll_answer_key *key, ll_answer_claim *claim);
-
-/* Creates a session, which is stored when this returns. With an answer, one that could not be stored yet may
- * still be, with its answer. LL_LIMIT (too many), LL_IO (the store fails), or the
+/* Creates a session, which is stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or the
  * engine's error. */
 ll_status ll_host_create_session(ll_host *host, const ll_create_request *request,
                                  ll_created_session *created);
@@ -146,17 +126,6 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
 ll_session_entry *ll_host_find(ll_host *host, const char *id); /* NULL: not found */
 ll_session_entry *ll_host_find_code(ll_host *host, const char *code);
 
-/* The session, found here or, of a shared store, claimed: from no owner, from a dead one, or from a living
- * one that gives it away. Without a task, LL_INTERRUPTED when it is not here. LL_NOT_FOUND;
- * LL_UNAVAILABLE: try again; LL_CONFLICT: it is of another engine. */
-ll_status ll_host_obtain(ll_host *host, const char *id, struct ll_task *task,
-                         ll_session_entry **session_entry);
-/* The id of the session with that code, which may be another daemon's. Asks the store if that is shared. */
-ll_status ll_host_find_code_id(ll_host *host, const char *code, char id[LL_ID_LENGTH + 1]);
-/* Gives all sessions to other daemons, in about `pause_s` and 10 ms for each, and stores them; at the end. */
-void ll_host_hand_over(ll_host *host, double pause_s);
-/* The lines of its log as stored, also when they cannot be replayed; caller frees `*text`. */
-ll_status ll_session_entry_stored_log(ll_session_entry *session_entry, char **text, size_t *length);
 void ll_session_entry_release(ll_session_entry *session_entry);
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);
@@ -164,8 +133,6 @@ bool ll_host_allows_lookup(ll_host *host, const char *peer);
 /* Of an experiment or a class, by `class_key` or, if that is NULL, by the address. LL_LIMIT.
  * ll_host_create_session checks this itself. */
 ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key);
-/* Counts again what class keys have in a shared store; no effect in another one. */
-ll_status ll_host_count_keys(ll_host *host);
 
 /* What an operator sees of a session. */
 typedef struct ll_host_entry {
@@ -194,29 +161,6 @@ int ll_session_entry_role(const ll_session_entry *session_entry, const char *key
  * its teacher and members use it so. Set once, before any request. */
 typedef int ll_host_guest_role(void *context, const char *session, const char *key, size_t length);
 void ll_host_set_guests(ll_host *host, ll_host_guest_role *role, void *context);
-/* What sessions go with, as those of a class do: who has it has them. Set once; must outlive the host's
- * threads. */
-typedef struct ll_host_group {
-    void *context;
-    ll_status (*obtain)(void *context, const char *id, struct ll_task *task); /* it is here then */
-    bool (*gives)(void *context, const char *session); /* it is just being given away, with this session */
-    bool (*give)(void *context, const char *id);       /* another daemon asks for it; false: it is not here */
-} ll_host_group;
-void ll_host_set_group(ll_host *host, const ll_host_group *group);
-/* Gives the sessions with this stem to other daemons. */
-void ll_host_give_stem(ll_host *host, const char *stem);
-
-/* What another daemon of a shared store has is claimed again and again: its owner is dead, or is asked for it
- * by its id. */
-#define LL_PURSUIT_NS (2500 * LL_MS) /* then the client is asked to come again */
-#define LL_KEEP_NS (5 * LL_SECOND)   /* what was claimed stays for so long */
-typedef struct ll_pursuit {
-    ll_time give_up, next_look;
-    bool quiet; /* it is not asked */
-    bool asked;
-} ll_pursuit;
-ll_status ll_pursuit_press(ll_host *host, const char *id, const ll_claim *claim, ll_pursuit *p);
-ll_status ll_claim_refusal(const ll_claim *claim); /* of a claim that got nothing */
 
 /* Streams that authenticated by such a key lose that role, and have to authenticate again. */
 void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role);

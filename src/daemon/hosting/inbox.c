@@ -39,9 +39,4 @@ void ll_viewers_free(ll_session_entry *session_entry)
         free(input);
     }
     session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
-    while (session_entry->inbox.early) {
-        ll_early_message *early = session_entry->inbox.early;
-        session_entry->inbox.early = early->next;
-        free(early);
-    }
 }

@@ -10,11 +10,6 @@
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
 
-/* Between two counts of what class keys have in a shared store. Only logs are limited by them: sessions and
- * classes are counted when one is made. */
-#define COUNT_NS (10 * LL_SECOND)
-#define COUNT_LOGS_NS (2 * LL_SECOND)
-
 static ll_session_entry *expired(ll_host *host, ll_time before)
 {
     ll_session_entry *old = NULL;
@@ -48,56 +43,22 @@ static void expire(ll_host *host)
     }
 }
 
-/* Sessions of a shared store that no daemon has. */
-static void expire_unowned(ll_host *host)
-{
-    int64_t deleted;
-    ll_status status = ll_store_expire(host->store, host->config.session_ttl_s, &deleted);
-    if (ll_failed(&status))
-        return; /* as above */
-    atomic_fetch_add(&host->counts.deleted, (uint64_t)deleted);
-    atomic_fetch_add(&host->counts.expired, (uint64_t)deleted);
-}
-
-/* Locked, but not while it works. */
-static void reap(ll_host *host, ll_time *next_expiry, ll_time period)
-{
-    ll_time now = ll_host_now();
-    pthread_mutex_unlock(&host->registry.lock);
-    if (now >= *next_expiry) {
-        expire(host);
-        expire_unowned(host);
-        *next_expiry = now + period;
-    }
-    ll_host_count_keys(host); /* if the store fails: later */
-    pthread_mutex_lock(&host->registry.lock);
-}
-
-static ll_time between_counts(const ll_class_keys *keys)
-{
-    ll_time between = COUNT_NS;
-    for (int i = 0; i < keys->count; i++)
-        between = keys->keys[i].most[LL_KEY_LOGS] >= 0 ? COUNT_LOGS_NS : between;
-    return between;
-}
-
 static void *reap_expired(void *argument)
 {
     ll_host *host = argument;
     pthread_setname_np(pthread_self(), "reaper");
     double period_s = host->config.session_ttl_s / 4;
-    ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9), next_expiry = ll_host_now() + period;
-    ll_time between = ll_host_has_keys(host) ? between_counts(&host->config.access->class_keys) : period;
+    ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9);
     pthread_mutex_lock(&host->registry.lock);
     while (!host->registry.stopping) {
-        ll_time until = ll_host_now() + between;
-        until = until < next_expiry ? until : next_expiry;
+        ll_time until = ll_host_now() + period;
         struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
         while (!host->registry.stopping &&
                pthread_cond_timedwait(&host->registry.stop, &host->registry.lock, &deadline) == 0)
             ;
-        if (!host->registry.stopping)
-            reap(host, &next_expiry, period);
+        pthread_mutex_unlock(&host->registry.lock);
+        expire(host); /* nothing, if it stops */
+        pthread_mutex_lock(&host->registry.lock);
     }
     pthread_mutex_unlock(&host->registry.lock);
     return NULL;
@@ -108,19 +69,19 @@ static void add_stored(void *context, const ll_stored *stored)
     ll_host *host = context;
     if (stored->lines == 0 || stored->key_count < 1 || !ll_is_id(stored->id) || !ll_is_code(stored->code)) {
         ll_log_write("warn", "stored session left out", "Session %lld has no log or no key.",
-                     (long long)stored->place.number);
+                     (long long)stored->number);
         return;
     }
     ll_session_entry *session_entry = ll_session_entry_new(host);
     if (!session_entry)
         return;
     ll_entry_stored *mine = &session_entry->stored;
-    mine->place = stored->place;
+    mine->number = stored->number;
     mine->playing = stored->playing;
     mine->speed = stored->speed;
     mine->tick = stored->tick;
     mine->head_tick = stored->head_tick;
-    session_entry->stored.lines = stored->lines;
+    mine->lines = stored->lines;
     ll_session_entry_set_class_key(session_entry, ll_host_named_key(host, stored->class_key));
     ll_session_entry_count_log(session_entry, stored->log_bytes);
     session_entry->identity.created_ms = stored->created_ms;
@@ -158,8 +119,6 @@ static int64_t available_memory(void)
 ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks *tasks, ll_host **result)
 {
     *result = NULL;
-    if (config->url[0] && !ll_neighbour_is_url(config->url))
-        return ll_field_error(LL_BAD_INPUT, "url", "url: must be http://HOST:PORT; got %.120s", config->url);
     ll_host *host = calloc(1, sizeof *host);
     if (!host)
         return ll_error(LL_NO_MEMORY, "out of memory: hosting");
@@ -170,7 +129,6 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->replies.end = &host->replies.first;
     pthread_mutex_init(&host->registry.lock, NULL);
     pthread_mutex_init(&host->replies.lock, NULL);
-    ll_keeper_init(host);
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -213,18 +171,12 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
     for (int i = 0; i < host->worker_count; i++) {
         LL_TRY(ll_worker_start(&host->workers[i]));
     }
-    LL_TRY(ll_keeper_start(host));
-    ll_status counted = ll_host_count_keys(host);
-    if (ll_failed(&counted)) /* the reaper counts them soon again */
-        ll_log_write("warn", "class keys not counted", "%s", counted.text);
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }
 
 void ll_host_stop(ll_host *host)
 {
-    atomic_store(&host->sharing.ends, true); /* its tasks end before the last save */
-    ll_keeper_stop(host);
     pthread_mutex_lock(&host->registry.lock);
     host->registry.stopping = true;
     pthread_cond_broadcast(&host->registry.stop);
@@ -284,7 +236,6 @@ void ll_host_free(ll_host *host)
     free(host->workers);
     pthread_mutex_destroy(&host->registry.lock);
     pthread_mutex_destroy(&host->replies.lock);
-    ll_keeper_free(host);
     pthread_cond_destroy(&host->registry.stop);
     free(host);
 }
@@ -317,11 +268,6 @@ static void count(ll_host_stats *stats, ll_session_entry *session_entry)
         stats->parked++;
 }
 
-double ll_host_lease_s(const ll_host *host)
-{
-    return host->config.lease_s;
-}
-
 ll_host_stats ll_host_get_stats(ll_host *host)
 {
     ll_host_stats stats = {
@@ -332,10 +278,6 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .frames = atomic_load(&host->counts.frames),
         .commands = atomic_load(&host->counts.commands),
         .inputs = atomic_load(&host->counts.inputs),
-        .given = atomic_load(&host->counts.given),
-        .mismatches = atomic_load(&host->counts.mismatches),
-        .states_stored = atomic_load(&host->counts.states_stored),
-        .states_used = atomic_load(&host->counts.states_used),
         .refused_sessions = atomic_load(&host->refused.sessions),
         .refused_creations = atomic_load(&host->refused.creations),
         .refused_lookups = atomic_load(&host->refused.lookups),
@@ -347,8 +289,6 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .memory = atomic_load(&host->usage.memory),
         .memory_max = host->usage.memory_max,
     };
-    for (int i = 0; i < LL_CLAIM_WHYS; i++)
-        stats.claims[i] = atomic_load(&host->counts.claims[i]);
     pthread_mutex_lock(&host->registry.lock);
     stats.sessions = host->registry.sessions;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {

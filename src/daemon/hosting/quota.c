@@ -138,7 +138,7 @@ ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key
                         : client_full(host, ll_quota_client_bytes(host, client), bytes));
     if (ll_failed(&status))
         return status;
-    if (key && ll_class_key_is_full(key, LL_KEY_SESSIONS) && !ll_store_is_shared(host->store))
+    if (key && ll_class_key_is_full(key, LL_KEY_SESSIONS))
         return ll_quota_key_full(key);
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
     if (take_rate(host, client, key, sessions))

@@ -62,20 +62,15 @@ static bool choose_code(ll_host *host, ll_session_entry *session_entry)
 }
 
 /* Locked. */
-static void add_code(ll_host *host, ll_session_entry *session_entry)
-{
-    ll_session_entry **by_code = &host->registry.by_code[bucket_of(session_entry->identity.code)];
-    session_entry->next_by_code = *by_code;
-    *by_code = session_entry;
-}
-
-/* Locked. */
 static void add(ll_host *host, ll_session_entry *session_entry)
 {
     ll_session_entry_retain(session_entry);
     ll_session_entry **by_id = &host->registry.by_id[bucket_of(session_entry->identity.id)];
     session_entry->next_by_id = *by_id;
     *by_id = session_entry;
+    ll_session_entry **by_code = &host->registry.by_code[bucket_of(session_entry->identity.code)];
+    session_entry->next_by_code = *by_code;
+    *by_code = session_entry;
     LL_ASSERT(host->worker_count > 0);
     unsigned place = host->registry.next_place++;
     session_entry->identity.worker = (int)(place % (unsigned)host->worker_count);
@@ -92,46 +87,9 @@ bool ll_host_register(ll_host *host, ll_session_entry *session_entry)
     if (room) {
         LL_ASSERT(session_entry->identity.code[0] != '\0');
         add(host, session_entry);
-        add_code(host, session_entry);
     }
     pthread_mutex_unlock(&host->registry.lock);
     return room;
-}
-
-bool ll_host_register_id(ll_host *host, ll_session_entry *session_entry)
-{
-    pthread_mutex_lock(&host->registry.lock);
-    bool room = host->registry.sessions < host->config.max_sessions;
-    if (room)
-        add(host, session_entry);
-    pthread_mutex_unlock(&host->registry.lock);
-    return room;
-}
-
-void ll_host_name(ll_host *host, ll_session_entry *session_entry, const char *code, int64_t created_ms)
-{
-    pthread_mutex_lock(&host->registry.lock);
-    memcpy(session_entry->identity.code, code, sizeof session_entry->identity.code);
-    session_entry->identity.created_ms = created_ms;
-    add_code(host, session_entry);
-    pthread_mutex_unlock(&host->registry.lock);
-}
-
-int64_t ll_host_all(ll_host *host, ll_session_entry ***entries)
-{
-    int64_t count = 0;
-    pthread_mutex_lock(&host->registry.lock);
-    ll_session_entry **all = malloc((size_t)(host->registry.sessions + 1) * sizeof *all);
-    for (int i = 0; all && i < LL_HOST_BUCKETS; i++) {
-        for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
-             session_entry = session_entry->next_by_id) {
-            ll_session_entry_retain(session_entry);
-            all[count++] = session_entry;
-        }
-    }
-    pthread_mutex_unlock(&host->registry.lock);
-    *entries = all;
-    return count;
 }
 
 /* Locked. */
@@ -153,8 +111,7 @@ void ll_host_unregister(ll_host *host, ll_session_entry *session_entry)
         link = &(*link)->next_by_id;
     if (*link) {
         *link = session_entry->next_by_id;
-        if (session_entry->identity.code[0])
-            remove_code(host, session_entry);
+        remove_code(host, session_entry);
         LL_ASSERT(host->registry.sessions > 0);
         host->registry.sessions--;
         found = true;

@@ -8,7 +8,7 @@
 #include <stdatomic.h>
 
 #include "daemon/hosting/host.h"
-#include "daemon/store/shared.h"
+#include "daemon/store/store.h"
 #include "daemon/support/class_keys.h"
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
@@ -35,18 +35,9 @@ typedef struct ll_stream_input {
     char reply_id[40]; /* JSON of the message's `id`, or empty */
 } ll_stream_input;
 
-/* What a viewer of a session sent before it was claimed. */
-typedef struct ll_early_message {
-    struct ll_early_message *next;
-    ll_ws_viewer viewer;
-    size_t length;
-    char text[];
-} ll_early_message;
-
 typedef struct ll_reply {
     struct ll_reply *next;
     uint64_t ticket; /* send `good` when this ticket is durable */
-    ll_store_outcome outcome;
     ll_ws_viewer viewer;
     char *good;  /* message to send then */
     char id[40]; /* id for the error message when the store fails */
@@ -70,20 +61,15 @@ typedef struct ll_entry_shared {
     _Atomic int64_t log_bytes;     /* of its stored lines */
     _Atomic int64_t *client_bytes; /* log bytes of its creator; NULL: unknown since a restart, or a key's */
     _Atomic(ll_class_key *) class_key; /* that it was made with; NULL: none, or it was dropped */
-    _Atomic int64_t noted_bytes;       /* size of its log that a shared store has for its key's quota */
     atomic_bool pending;               /* the worker has something to do */
     _Atomic ll_time next_visit;        /* time of the worker's next visit, unless something is pending */
-    atomic_bool keeping;               /* a task stores a state of it */
     atomic_bool has_task;              /* a task of the daemon runs it */
     _Atomic uint32_t cancels;          /* counts events that make a background tick useless */
-    atomic_bool
-        claimed; /* it is known who the session is: false only of a shared store, until it is claimed */
-    atomic_bool dropped; /* its stream is closed; it is about to leave the registry */
 } ll_entry_shared;
 
 /* What the store has of a session. */
 typedef struct ll_entry_stored {
-    ll_store_place place;
+    int64_t number; /* of its row */
     /* While it is made: its lines, until its row is there too. */
     bool collecting;
     ll_store_batch collected;
@@ -95,11 +81,6 @@ typedef struct ll_entry_stored {
     int64_t lines;
     uint64_t ticket; /* of the last queued line or row */
     ll_time saved_wall;
-    /* Of a shared store: a hash that a replay is compared with, as in ll_stored. */
-    int64_t hash_tick, hash_lines;
-    uint64_t hash;
-    ll_time hashed_wall;
-    int64_t state_tick; /* of the newest stored state that the log leads to; 0: none */
 } ll_entry_stored;
 
 /* Ticks in the background, and how long one takes. */
@@ -130,8 +111,6 @@ typedef struct ll_entry_inbox {
     pthread_mutex_t lock;
     ll_viewer *viewers;
     ll_stream_input *inputs, **inputs_end;
-    ll_early_message *early, **early_end;
-    int early_count;
 } ll_entry_inbox;
 
 struct ll_session_entry {
@@ -145,10 +124,7 @@ struct ll_session_entry {
     pthread_mutex_t lock; /* guards all members below but the inbox, and the publishing calls */
     ll_session *session;  /* NULL while unloaded */
     bool deleted, restoring;
-    bool moved;         /* deleted here only: another daemon has it */
-    bool differs;       /* its replay has another state than it had */
-    ll_time claimed_at; /* 0: it was made here, or was this daemon's already */
-    int64_t memory;     /* its part of the host's `memory` */
+    int64_t memory; /* its part of the host's `memory` */
     ll_time wall;
     ll_entry_stored stored;
     ll_entry_work work;
@@ -202,31 +178,7 @@ typedef struct ll_host_replies {
 /* For the statistics. */
 typedef struct ll_host_counts {
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
-    _Atomic uint64_t claims[LL_CLAIM_WHYS], given, mismatches, states_stored, states_used;
 } ll_host_counts;
-
-enum { LL_HOST_WISHES = 256 };
-
-/* Of a store that several daemons share. */
-typedef struct ll_host_sharing {
-    pthread_mutex_t adding;     /* held while a session is registered by its id alone, with its stream */
-    _Atomic uint64_t released;  /* ticket of the last session that was given away */
-    _Atomic ll_time next_state; /* when the next state may be stored */
-    _Atomic uint64_t unchecked; /* counts sessions that began from a state */
-    atomic_bool ends;           /* no more states are stored: the host stops */
-    atomic_int pursued;         /* sessions that wait for their owner */
-    atomic_int requests;        /* that wait for a claim */
-    pthread_mutex_t turn;       /* guards the members of this group: who may ask the store for a session */
-    pthread_cond_t watched_turn, other_turn;
-    int claiming, watched; /* sessions; `watched` of those that wait have viewers */
-    pthread_t keeper;
-    bool keeper_started;
-    pthread_mutex_t lock; /* guards all members below */
-    pthread_cond_t wake;
-    bool stopping;
-    char wishes[LL_HOST_WISHES][LL_ID_LENGTH + 1]; /* sessions that other daemons ask for */
-    int wish_count;
-} ll_host_sharing;
 
 /* What was refused, by the limit that it met. */
 typedef struct ll_host_refusals {
@@ -253,7 +205,6 @@ struct ll_host {
     ll_rate_limits *creations, *lookups;
     ll_host_guest_role *guest_role;
     void *guest_context;
-    _Atomic(const ll_host_group *) group;
 
     pthread_t reaper;
     bool reaper_started;
@@ -263,7 +214,6 @@ struct ll_host {
     ll_host_counts counts;
     ll_host_refusals refused;
     ll_host_usage usage;
-    ll_host_sharing sharing;
 };
 
 /* As ll_session_entry_role; `guest`: by another's key. */
@@ -303,8 +253,7 @@ void ll_session_entry_update_stats(
 ll_status ll_session_entry_fits(ll_session_entry *session_entry);
 bool ll_session_entry_is_heavy(
     const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
-/* Why a dropped session cannot be used: LL_NOT_FOUND, or LL_UNAVAILABLE when it has only moved. Locked. */
-ll_status ll_session_entry_gone(const ll_session_entry *session_entry);
+ll_status ll_session_entry_gone(void);      /* LL_NOT_FOUND: it was deleted meanwhile */
 /* Locks within a few milliseconds, or with a task until it is stopped; otherwise LL_INTERRUPTED. */
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task);
 /* Runs due ticks for at most `max_ms`. Returns how many are still due. Locked. A tick that takes far longer
@@ -324,12 +273,6 @@ void ll_session_entry_stop_work(ll_session_entry *session_entry);
 
 bool ll_host_register(ll_host *host,
                       ll_session_entry *session_entry); /* assigns a code if it has none; false: full */
-/* By its id alone, without a code; false: full. */
-bool ll_host_register_id(ll_host *host, ll_session_entry *session_entry);
-/* Its code and when it was made, of a session that was registered by its id alone. */
-void ll_host_name(ll_host *host, ll_session_entry *session_entry, const char *code, int64_t created_ms);
-/* All sessions of the host, each with a reference; caller frees `*entries`. */
-int64_t ll_host_all(ll_host *host, ll_session_entry ***entries);
 void ll_host_unregister(ll_host *host, ll_session_entry *session_entry);
 int64_t ll_host_count_stem(ll_host *host, const char *stem); /* sessions here with that stem */
 
@@ -337,56 +280,11 @@ int64_t ll_host_count_stem(ll_host *host, const char *stem); /* sessions here wi
 
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry,
                      uint64_t *ticket); /* false: it was already discarded */
-/* Drops what is in memory of it and closes its stream. Locked; false: it was dropped already. The caller
- * unlocks and unregisters it. */
-bool ll_session_entry_drop(ll_session_entry *session_entry, int code, const char *reason);
-/* Drops it, and sends its viewers to where it is now; false: it is busy, or was dropped already. */
-bool ll_host_forget(ll_host *host, ll_session_entry *session_entry, const char *reason);
-
-/* ---- listing.c ---- */
-
-bool ll_host_has_keys(const ll_host *host); /* class keys that are to be counted in a shared store */
-
-/* ---- claim.c ---- */
-
-/* The daemon gets a viewer of a session that is not here: registers it, so that it has a stream, and starts
- * the task that claims it. LL_WS_UNKNOWN: no session can have this id, or the store is not shared. */
-ll_ws_known ll_host_expect(ll_host *host, const char *id);
-
-/* ---- group.c ---- */
-
-ll_status ll_host_obtain_group(ll_host *host, const char *id, ll_task *task);
-/* LL_UNAVAILABLE while what this session goes with is being given away. */
-ll_status ll_host_check_group(ll_host *host, const char *session);
-bool ll_host_give_group(ll_host *host, const char *id); /* false: it is not here */
-
-/* ---- keeper.c ---- */
-
-/* Starts the thread that drops sessions whose lease was lost, gives those away that others ask for, and sends
- * viewers away while the store cannot be reached. No effect if the store is not shared. */
-ll_status ll_keeper_start(ll_host *host);
-void ll_keeper_stop(ll_host *host);
-void ll_keeper_init(ll_host *host);
-void ll_keeper_free(ll_host *host);
-
-/* ---- neighbour.c ---- */
-
-/* Whether nothing listens at http://HOST:PORT: the machine answers, and refuses the connection. */
-bool ll_neighbour_refuses(const char *url);
-bool ll_neighbour_is_url(const char *url);
-/* Of a daemon that has what is wanted. *gone: its lease is over or its port refuses connections, and it was
- * marked as dead. */
-ll_status ll_neighbour_judge(ll_store *store, int64_t daemon, const char *url, bool over, bool *gone);
-
 /* ---- stored.c ---- */
 
-void ll_session_entry_save(
-    ll_session_entry *session_entry); /* queues the row, and a state if a replay takes long by now; locked */
-
-/* Of a session that is stored only. LL_CONFLICT: its log leads to another state than it had. Locked. */
-ll_status ll_session_entry_load(ll_session_entry *session_entry);
-/* For a parked session that will wake: from its stored state, if it has one. Locked. */
-void ll_session_entry_fetch_state(ll_session_entry *session_entry);
+void ll_session_entry_save(ll_session_entry *session_entry); /* queues the row; locked */
+ll_status
+ll_session_entry_load(ll_session_entry *session_entry); /* of a session that is stored only; locked */
 
 /* ---- worker.c ---- */
 
@@ -412,6 +310,3 @@ void ll_viewers_send_hellos(
     ll_session_entry *session_entry); /* sends hello messages to new viewers; locked */
 void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall); /* applies their inputs; locked */
 void ll_host_send_replies(void *host); /* replies that are durable; hook of the store */
-ll_ws_hooks ll_viewers_hooks(ll_host *host);
-/* The session is claimed: takes what its viewers have sent until now. */
-void ll_viewers_begin(ll_session_entry *session_entry);

@@ -16,8 +16,6 @@
 #include "input/action_json.h"
 #include "session/scenario.h"
 
-enum { EARLY_MOST = 64 }; /* messages to a session before it is claimed */
-
 /* ---- replies ---- */
 
 static int http_status(const ll_status *error)
@@ -44,15 +42,15 @@ static void send_durable(ll_host *host, ll_reply *reply, const ll_status *failed
 void ll_host_send_replies(void *context)
 {
     ll_host *host = context;
-    ll_status why, lost = ll_error(LL_UNAVAILABLE, "This daemon has lost its lease on the session.");
+    ll_status why;
     bool failing = ll_store_failing(host->store, &why);
+    uint64_t durable = ll_store_durable(host->store);
     ll_reply *ready = NULL, **end = &ready;
     pthread_mutex_lock(&host->replies.lock);
     ll_reply **link = &host->replies.first;
     while (*link) {
         ll_reply *reply = *link;
-        reply->outcome = ll_store_get_outcome(host->store, reply->ticket);
-        if (reply->outcome != LL_STORE_PENDING || failing) {
+        if (reply->ticket <= durable || failing) {
             *link = reply->next;
             reply->next = NULL;
             *end = reply;
@@ -65,10 +63,7 @@ void ll_host_send_replies(void *context)
     pthread_mutex_unlock(&host->replies.lock);
     while (ready) {
         ll_reply *next = ready->next;
-        send_durable(host, ready,
-                     ready->outcome == LL_STORE_DURABLE ? NULL
-                     : ready->outcome == LL_STORE_LOST  ? &lost
-                                                        : &why);
+        send_durable(host, ready, ready->ticket <= durable ? NULL : &why);
         ready = next;
     }
 }
@@ -294,71 +289,16 @@ static ll_status take_message(message *m)
     return messages[kind].take(m, found);
 }
 
-static void receive(ll_host *host, ll_session_entry *session_entry, ll_ws_viewer viewer, const char *text,
-                    size_t length)
+static void on_message(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length)
 {
-    message m = {.session_entry = session_entry, .viewer = viewer};
+    message m = {.session_entry = session, .viewer = viewer};
     cJSON *json = NULL;
     ll_status status = ll_json_parse(text, length, &json);
     m.json = json;
     LL_THEN(status, take_message(&m));
     if (ll_failed(&status))
-        send_error(host, viewer, m.reply_id, &status);
+        send_error(context, viewer, m.reply_id, &status);
     cJSON_Delete(json);
-}
-
-/* Until the session is claimed nothing of it is known, as its keys. False: it is claimed. */
-static bool keep_early(ll_session_entry *session_entry, ll_ws_viewer viewer, const char *text, size_t length)
-{
-    ll_entry_inbox *inbox = &session_entry->inbox;
-    if (atomic_load(&session_entry->shared.claimed))
-        return false;
-    ll_early_message *early = malloc(sizeof *early + length + 1);
-    pthread_mutex_lock(&inbox->lock);
-    bool keeps = !atomic_load(&session_entry->shared.claimed);
-    bool room = keeps && early && inbox->early_count < EARLY_MOST;
-    if (room) {
-        *early = (ll_early_message){.viewer = viewer, .length = length};
-        memcpy(early->text, text, length);
-        early->text[length] = '\0';
-        *inbox->early_end = early;
-        inbox->early_end = &early->next;
-        inbox->early_count++;
-    }
-    pthread_mutex_unlock(&inbox->lock);
-    if (!room)
-        free(early);
-    if (keeps && !room)
-        ll_ws_close(session_entry->host->ws, viewer, LL_WS_TRY_LATER, "the session is not here yet");
-    return keeps;
-}
-
-static void on_message(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length)
-{
-    if (!keep_early(session, viewer, text, length))
-        receive(context, session, viewer, text, length);
-}
-
-/* In their order: what comes meanwhile is put behind them, until none is left. */
-void ll_viewers_begin(ll_session_entry *session_entry)
-{
-    ll_entry_inbox *inbox = &session_entry->inbox;
-    for (;;) {
-        pthread_mutex_lock(&inbox->lock);
-        ll_early_message *early = inbox->early;
-        if (early) {
-            inbox->early = early->next;
-            inbox->early_end = inbox->early ? inbox->early_end : &inbox->early;
-            inbox->early_count--;
-        } else {
-            atomic_store(&session_entry->shared.claimed, true);
-        }
-        pthread_mutex_unlock(&inbox->lock);
-        if (!early)
-            return;
-        receive(session_entry->host, session_entry, early->viewer, early->text, early->length);
-        free(early);
-    }
 }
 
 /* ---- opening and closing, on the stream's thread ---- */
@@ -367,11 +307,6 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
 {
     ll_host *host = context;
     ll_session_entry *session_entry = session;
-    ll_status lease = ll_store_check_lease(host->store);
-    if (ll_failed(&lease)) {
-        ll_ws_close(host->ws, id, LL_WS_TRY_LATER, lease.text);
-        return;
-    }
     ll_viewer *viewer = calloc(1, sizeof *viewer);
     if (!viewer) {
         ll_ws_close(host->ws, id, LL_WS_TRY_LATER, "no memory");
@@ -421,7 +356,7 @@ static void on_released(void *context, void *session)
     ll_session_entry_release(session);
 }
 
-ll_ws_hooks ll_viewers_hooks(ll_host *host)
+ll_ws_hooks ll_host_hooks(ll_host *host)
 {
     return (ll_ws_hooks){.context = host,
                          .opened = on_opened,

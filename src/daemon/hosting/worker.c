@@ -118,9 +118,8 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         atomic_exchange(&session_entry->shared.pending,
                         false); /* also of a deleted one, which would otherwise stay active without limit */
     atomic_store(&session_entry->shared.next_visit, 0);
-    if (session_entry->deleted || !atomic_load(&session_entry->shared.claimed) ||
-        ll_store_lease_left_s(session_entry->host->store) <= 0)
-        return INACTIVE; /* the keeper notifies again */
+    if (session_entry->deleted)
+        return INACTIVE;
     if (!ll_viewers_any(session_entry))
         return serve_unwatched(session_entry);
     if (!session_entry->session || ll_session_get_pulse(session_entry->session).parked) {

@@ -186,13 +186,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
-    ll_ws_known known = ll_failed(&error) ? LL_WS_OPEN : ll_ws_knows(http->ws, &upgrade);
-    if (known == LL_WS_LATER) {
-        error = ll_error(LL_UNAVAILABLE, "It cannot be had here now; try again.");
-        ll_http_problem_later(&exchange->response, request, 503, 1, &error);
-        return;
-    }
-    if (known == LL_WS_UNKNOWN) {
+    if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
         static const char *const names[LL_STREAM_KINDS] = {"session", "experiment", "class"};
         error = ll_error(LL_NOT_FOUND, "%s not found", names[upgrade.kind]);
         status = 404;

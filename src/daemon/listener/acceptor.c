@@ -181,7 +181,7 @@ static void route(ll_acceptor *acceptor, pending_connection *a, const ll_head *h
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(head, &acceptor->allow, &upgrade, &status);
-    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade) == LL_WS_OPEN;
+    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade);
     hand_over(acceptor, a, stream ? &upgrade : NULL, head->size);
 }
 
@@ -518,11 +518,6 @@ ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const 
     acceptor->ws = ws;
     acceptor->started = pthread_create(&acceptor->thread, NULL, acceptor_main, acceptor) == 0;
     return acceptor->started ? ll_ok() : ll_error(LL_IO, "cannot start listener thread");
-}
-
-int ll_acceptor_share(const ll_acceptor *acceptor)
-{
-    return fcntl(acceptor->listener, F_DUPFD_CLOEXEC, 0);
 }
 
 const char *ll_acceptor_address(const ll_acceptor *acceptor)

@@ -29,10 +29,6 @@ struct ll_proxies;
 ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const struct ll_proxies *proxies,
                             ll_connection_limiter *connection_limiter, ll_http *http, ll_ws *ws);
 
-/* A descriptor of its own of the listening socket, for the acceptor that comes after this one; -1: none is
- * left. */
-int ll_acceptor_share(const ll_acceptor *acceptor);
-
 const char *ll_acceptor_address(const ll_acceptor *acceptor);
 uint16_t ll_acceptor_port(const ll_acceptor *acceptor);
 ll_acceptor_counts ll_acceptor_get_counts(ll_acceptor *acceptor);

@@ -1,8 +1,6 @@
 #include "daemon/listener/web_server.h"
 
-#include <errno.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,12 +8,13 @@
 #include "daemon/net/connection_limiter.h"
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"
-#include "daemon/support/log.h"
 
 struct ll_web_server {
     ll_web_server_config config;
     ll_allow allow; /* points into `config` */
     ll_proxies proxies;
+    ll_web_server_log *log;
+    void *log_context;
     ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_http *http;
@@ -47,24 +46,14 @@ static int inherited_listener(void)
     return meant ? 3 : -1;
 }
 
-static void close_listener(int listener)
-{
-    if (listener >= 0) {
-        close(listener);
-    }
-}
-
-/* The listener is the acceptor's from ll_acceptor_listen on, and closed if this fails before. */
-static ll_status start(ll_web_server *web_server, int listener, const ll_http_app *app,
-                       const ll_ws_hooks *hooks)
+static ll_status start(ll_web_server *web_server, const ll_http_app *app, const ll_ws_hooks *hooks)
 {
     const ll_web_server_config *config = &web_server->config;
     ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
     if (ll_failed(&status)) {
-        close_listener(listener);
         return status;
     }
-    status = ll_acceptor_listen(config, listener, &web_server->acceptor);
+    status = ll_acceptor_listen(config, inherited_listener(), &web_server->acceptor);
     if (ll_failed(&status)) {
         return status;
     }
@@ -86,43 +75,30 @@ static ll_status start(ll_web_server *web_server, int listener, const ll_http_ap
                              web_server->connection_limiter, web_server->http, web_server->ws);
 }
 
-static ll_status open_on(int listener, const ll_web_server_config *config, const ll_http_app *app,
-                         const ll_ws_hooks *hooks, ll_web_server **result)
+ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
+                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
+                             ll_web_server **result)
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
-        close_listener(listener);
         return ll_error(LL_NO_MEMORY, "out of memory: web server");
     }
     web_server->config = *config;
     web_server->allow =
         (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
+    web_server->log = log;
+    web_server->log_context = log_context;
     set_descriptor_limit(config);
-    ll_status status = start(web_server, listener, app, hooks);
+    ll_status status = start(web_server, app, hooks);
     if (ll_failed(&status)) {
         ll_web_server_close(web_server);
         return status;
     }
-    ll_log_write("info", "web server", "web server started");
+    if (log != NULL) {
+        log(log_context, "info", "web server started");
+    }
     *result = web_server;
     return status;
-}
-
-ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server **result)
-{
-    return open_on(inherited_listener(), config, app, hooks, result);
-}
-
-ll_status ll_web_server_open_after(ll_web_server *before, const ll_web_server_config *config,
-                                   const ll_http_app *app, const ll_ws_hooks *hooks, ll_web_server **result)
-{
-    int listener = ll_acceptor_share(before->acceptor);
-    ll_web_server_close(before);
-    if (listener < 0) {
-        return ll_error(LL_IO, "cannot listen: %s", strerror(errno));
-    }
-    return open_on(listener, config, app, hooks, result);
 }
 
 uint16_t ll_web_server_port(const ll_web_server *web_server)
@@ -174,7 +150,9 @@ void ll_web_server_drain(ll_web_server *web_server)
     if (web_server->ws != NULL) {
         ll_ws_drain(web_server->ws, web_server->config.drain_s);
     }
-    ll_log_write("info", "web server", "web server stopped accepting; viewers have left");
+    if (web_server->log != NULL) {
+        web_server->log(web_server->log_context, "info", "web server stopped accepting; viewers have left");
+    }
 }
 
 void ll_web_server_close(ll_web_server *web_server)

@@ -107,7 +107,8 @@ static bool parse_field(ll_text line, ll_head *head)
                   {"Sec-WebSocket-Version", &head->version},
                   {"Sec-WebSocket-Key", &head->key},
                   {"Sec-WebSocket-Protocol", &head->protocols},
-                  {"Origin", &head->origin}};
+                  {"Origin", &head->origin},
+                  {"Sec-Fetch-Site", &head->fetch_site}};
     const char *colon = memchr(line.at, ':', line.size);
     if (colon == NULL || colon == line.at) {
         return false;

@@ -16,19 +16,13 @@
 #include "daemon/hosting/host.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/listener/web_server.h"
-#include "daemon/serve/waiting.h"
-#include "daemon/store/shared.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
 #include "daemon/support/process.h"
 #include "daemon/support/tasks.h"
-#include "experiment/store/result_store.h"
 #include "library/program.h"
 
-#define FORCED_EXIT_S 0.7         /* after the time that viewers have to close */
-#define SHARED_CONTROL_THREADS 32 /* most of them wait for a commit */
-#define STORE_RETRY_NS 250000000
-#define NOTICE_S 0.7 /* in which proxies see that a daemon of a shared store drains */
+#define FORCED_EXIT_S 0.7 /* after the time that viewers have to close */
 
 typedef struct daemon_parts {
     ll_web_server_config web_server_config;
@@ -41,7 +35,6 @@ typedef struct daemon_parts {
     ll_host *host;
     ll_experiments *experiments;
     ll_api api;
-    ll_web_server *waiting; /* listens before `web_server` does */
     ll_web_server *web_server;
     sigset_t signals;
     atomic_flag saving; /* set by the first that ends the process: stop() or the forced exit */
@@ -73,66 +66,9 @@ static bool default_data(char *folder, size_t size)
     return written > 0 && (size_t)written < size;
 }
 
-/* A URL of PostgreSQL; NULL: sessions are stored in a folder. */
-static const char *shared_url(const daemon_parts *d)
-{
-    const char *url = ll_result_store_url(d->host_config.store);
-    return url && (strncmp(url, "postgresql://", 13) == 0 || strncmp(url, "postgres://", 11) == 0) ? url
-                                                                                                   : NULL;
-}
-
-/* True: it is time to try the store again. */
-static bool pause_for_store(daemon_parts *d, const struct timespec *begun, ll_status *status)
-{
-    static const struct timespec pause = {.tv_nsec = STORE_RETRY_NS};
-    struct timespec now;
-    int got = sigtimedwait(&d->signals, NULL, &pause);
-    if (got > 0) {
-        *status = ll_error(LL_INTERRUPTED, "%s while waiting for the store: %s", ll_process_signal_name(got),
-                           status->text);
-        return false;
-    }
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)(now.tv_sec - begun->tv_sec) < d->host_config.store_wait_s;
-}
-
-/* After a power failure a daemon may start before its database. */
-static ll_status wait_for_store(daemon_parts *d, const ll_shared_config *config)
-{
-    struct timespec begun;
-    clock_gettime(CLOCK_MONOTONIC, &begun);
-    ll_status status = ll_store_open_shared(config, &d->store);
-    if (status.code != LL_UNAVAILABLE || d->host_config.store_wait_s <= 0)
-        return status;
-    LL_TRY(ll_waiting_open(&d->web_server_config, &d->waiting));
-    ll_log_write("warn", "waiting for the store",
-                 "%s The start goes on when it answers; at most %g s. Until then http://%s/readyz is 404.",
-                 status.text, d->host_config.store_wait_s, ll_web_server_address(d->waiting));
-    while (status.code == LL_UNAVAILABLE && pause_for_store(d, &begun, &status))
-        status = ll_store_open_shared(config, &d->store);
-    return status;
-}
-
-/* Then the folder is for temporary files only, and need not be. */
-static ll_status open_shared(daemon_parts *d)
-{
-    char *folder = d->host_config.data;
-    ll_shared_config config = {
-        .url = shared_url(d), .address = d->host_config.url, .lease_s = d->host_config.lease_s};
-    if (d->web_server_config.control_threads == 0)
-        d->web_server_config.control_threads = SHARED_CONTROL_THREADS;
-    if (folder[0] && strcmp(folder, "memory") != 0)
-        mkdir(folder, 0700);
-    if (access(folder, W_OK | X_OK) != 0)
-        folder[0] = '\0';
-    return wait_for_store(d, &config);
-}
-
 /* A folder that was given must work; the default one may be missing. */
 static ll_status open_store(daemon_parts *d)
 {
-    if (shared_url(d))
-        return open_shared(d);
     char *folder = d->host_config.data;
     if (strcmp(folder, "memory") == 0) {
         ll_log_write("info", "no store", "Sessions are kept in memory only.");
@@ -154,13 +90,10 @@ static ll_status open_store(daemon_parts *d)
 
 /* ---- running ---- */
 
-static ll_status open_web_server(daemon_parts *d, const ll_http_app *app, const ll_ws_hooks *hooks)
+static void log_web_server(void *context, const char *level, const char *message)
 {
-    ll_web_server *before = d->waiting;
-    d->waiting = NULL;
-    if (!before)
-        return ll_web_server_open(&d->web_server_config, app, hooks, &d->web_server);
-    return ll_web_server_open_after(before, &d->web_server_config, app, hooks, &d->web_server);
+    (void)context;
+    ll_log_write(level, "web server", "%s", message);
 }
 
 /* An operator who has exchanged name and key sees it. */
@@ -180,12 +113,12 @@ static ll_status start(daemon_parts *d)
         log_class_keys(&d->access.class_keys);
     d->host_config.access = &d->access;
     LL_THEN(status, open_store(d));
-    if (!ll_failed(&status) && d->store && d->host_config.data[0])
+    if (!ll_failed(&status) && d->store)
         setenv("TMPDIR", d->host_config.data, 1); /* it may be the only writable folder */
     LL_THEN(status, ll_tasks_start((int)d->host_config.work_threads, &d->tasks));
     LL_THEN(status, ll_host_create(&d->host_config, d->store, d->tasks, &d->host));
-    LL_THEN(status, ll_experiments_open(d->store && d->host_config.data[0] ? d->host_config.data : NULL,
-                                        &d->host_config, &d->experiments));
+    LL_THEN(status,
+            ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments));
     LL_THEN(status, ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks));
     if (ll_failed(&status))
         return status;
@@ -198,11 +131,10 @@ static ll_status start(daemon_parts *d)
         .done = ll_api_done,
     };
     ll_ws_hooks hooks = ll_host_hooks(d->host);
-    LL_TRY(open_web_server(d, &app, &hooks));
+    LL_TRY(ll_web_server_open(&d->web_server_config, &app, &hooks, log_web_server, NULL, &d->web_server));
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
-    LL_THEN(status, ll_store_replace(d->store)); /* it listens: who had this address before has ended */
     if (!ll_failed(&status))
         status = ll_classes_start(&d->classes_config, d->host, d->store, d->tasks,
                                   ll_web_server_ws(d->web_server), &d->api.classes);
@@ -249,10 +181,6 @@ static void wait_for_end(daemon_parts *d)
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
-    if (ll_store_is_shared(d->store)) {
-        ll_host_hand_over(d->host, NOTICE_S);
-        ll_classes_hand_over(d->api.classes);
-    }
     if (pthread_create(&impatient, NULL, end_in_time, d) == 0)
         pthread_detach(impatient);
 }
@@ -263,7 +191,6 @@ static ll_status stop(daemon_parts *d)
     if (d->tasks)
         ll_tasks_drain(d->tasks);
     ll_experiments_request_stop(d->experiments);
-    ll_web_server_close(d->waiting);
     if (d->web_server)
         ll_web_server_drain(d->web_server);
     if (d->host)
@@ -302,10 +229,6 @@ int ll_serve(const ll_serve_config *config)
         stop(d);
         ll_access_close(&d->access);
         free(d);
-        if (status.code == LL_INTERRUPTED) {
-            ll_log_write("info", "stopping", "%s", status.text);
-            return 0;
-        }
         return print_error(&status, status.code == LL_BAD_INPUT ? 2 : 1);
     }
     printf("laglab listening on http://%s/\n", ll_web_server_address(d->web_server));

@@ -1,12 +1,12 @@
-/* Stored sessions: their rows and all lines of their logs; and classes, a text each. One interface; SQLite in
- * a folder of this daemon, or PostgreSQL, which several daemons share (shared.h).
+/* Stored sessions: their rows and all lines of their logs; and classes, a text each. A SQLite database in the
+ * folder of one daemon.
  *
  * One writer thread commits everything that is queued at once. Queueing returns a ticket. A caller that must
  * not answer before its line is durable waits for the ticket; others can use ll_store_on_commit. After `kill
- * -9` every line whose ticket was durable is there (SQLite: WAL, synchronous=NORMAL: a power cut may lose the
- * last commits).
+ * -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose the last
+ * commits).
  *
- * When a commit fails, the queue is kept in order and retried, in SQLite every second. Until then
+ * When a commit fails, the queue is kept in order and retried every second. Until then
  * ll_store_wait fails and ll_store_failing is true: the host refuses changes before applying them, so that a
  * session is never further ahead of its stored log than by the lines in flight at the first failure.
  *
@@ -26,14 +26,8 @@
 
 typedef struct ll_store ll_store;
 
-/* What queued records name: the number of a session's row, which is never used again, and the incarnation of
- * this daemon that holds the session (shared.h); 0: in a store of one daemon. */
-typedef struct ll_store_place {
-    int64_t number, daemon;
-} ll_store_place;
-
 typedef struct ll_stored {
-    ll_store_place place;
+    int64_t number; /* of its row, never used again */
     char id[LL_ID_LENGTH + 1];
     char code[LL_CODE_LENGTH + 1];
     int64_t created_ms, seen_ms; /* Unix time */
@@ -44,9 +38,6 @@ typedef struct ll_stored {
     int64_t tick, head_tick;
     char class_key[LL_KEY_NAME_MAX + 1]; /* name of that it was made with; empty: none. Of a new row */
     int64_t lines, log_bytes;            /* of the log; bytes: as read */
-    /* State hash at a tick, when the log had that many lines; hash_lines 0: unknown. Shared stores only. */
-    int64_t hash_tick, hash_lines;
-    uint64_t hash;
 } ll_stored;
 
 enum { LL_STORE_TIMES = 12 };
@@ -66,37 +57,29 @@ ll_status ll_store_open(const char *directory, ll_store **store);
 /* Commits the queue (one attempt when the store is failing) and closes. Returns the result of that commit. */
 ll_status ll_store_close(ll_store *store);
 
-/* All stored sessions, in order of creation; none of a shared store, whose sessions are claimed one by one.
- * Call before anything is queued. */
+/* All stored sessions, in order of creation. Call before anything is queued. */
 ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context);
 
 /* The lines of a session's log separated by newlines; caller frees `*text`. */
 ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length);
 
-/* All stored classes: what ll_store_put_class was given; none of a shared store, as of sessions. Call before
- * anything is queued. */
+/* All stored classes: what ll_store_put_class was given. Call before anything is queued. */
 ll_status ll_store_list_classes(ll_store *store,
                                 void (*each)(void *context, const char *id, int64_t seen_ms,
                                              const char *text),
                                 void *context);
 
-/* The place of a new session. LL_UNAVAILABLE: a shared store has no number now. */
-ll_status ll_store_new_place(ll_store *store, ll_store_place *place);
+int64_t ll_store_new_number(ll_store *store); /* of a new session */
 
 /* ---- queueing; returns a ticket ---- */
 
-/* Tickets of records of an incarnation that has lost its lease: they are never stored. */
-#define LL_STORE_LOST_TICKET UINT64_MAX
-
 uint64_t ll_store_put(ll_store *store,
                       const ll_stored *stored); /* a new row, or a new clock of a stored one */
-uint64_t ll_store_line(ll_store *store, ll_store_place place, int64_t index, const char *line, size_t length);
-uint64_t ll_store_delete(ll_store *store, ll_store_place place);
-/* A class, in place of what was stored of it. `daemon`: as of a place; `id`: LL_ID_LENGTH characters;
- * `seen_ms`: Unix time, which a shared store takes from its own clock. */
-uint64_t ll_store_put_class(ll_store *store, int64_t daemon, const char *id, int64_t seen_ms,
-                            const char *text);
-uint64_t ll_store_delete_class(ll_store *store, int64_t daemon, const char *id);
+uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
+uint64_t ll_store_delete(ll_store *store, int64_t number);
+/* A class, in place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time. */
+uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
+uint64_t ll_store_delete_class(ll_store *store, const char *id);
 
 /* Records that are stored together or not at all: a new session's first lines and its row. {0}: empty. */
 typedef struct ll_store_batch {
@@ -104,22 +87,14 @@ typedef struct ll_store_batch {
     int64_t count;
 } ll_store_batch;
 
-void ll_store_batch_line(ll_store_batch *batch, ll_store_place place, int64_t index, const char *line,
+void ll_store_batch_line(ll_store_batch *batch, int64_t number, int64_t index, const char *line,
                          size_t length);
 void ll_store_batch_put(ll_store_batch *batch, const ll_stored *stored);
 void ll_store_batch_free(ll_store_batch *batch);
 uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch); /* empties the batch */
 
-/* Waits until the ticket is durable; LL_IO or LL_UNAVAILABLE when the store fails, or never will be. */
+/* Waits until the ticket is durable; LL_IO when the store fails. */
 ll_status ll_store_wait(ll_store *store, uint64_t ticket);
-
-typedef enum ll_store_outcome {
-    LL_STORE_PENDING,
-    LL_STORE_DURABLE,
-    LL_STORE_LOST, /* the daemon lost its lease before it was stored */
-} ll_store_outcome;
-
-ll_store_outcome ll_store_get_outcome(ll_store *store, uint64_t ticket);
 
 bool ll_store_failing(ll_store *store, ll_status *why); /* `why` may be NULL */
 uint64_t ll_store_durable(ll_store *store);             /* the last durable ticket */

@@ -260,8 +260,6 @@ bool ll_ws_submit(ws_thread *thread,
 /* registry.c */
 ws_thread *ll_ws_thread_of(ll_ws *ws, const char *id);
 ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
-/* May open it by hook `unknown`. */
-ll_ws_known ll_ws_find_or_open(ll_ws *ws, ll_stream_kind kind, const char *id, ll_ws_stream **stream);
 void ll_ws_stream_free(ll_ws_stream *stream);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* without references; calls `released` */
 

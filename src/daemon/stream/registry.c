@@ -32,23 +32,9 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
     return stream;
 }
 
-ll_ws_known ll_ws_find_or_open(ll_ws *ws, ll_stream_kind kind, const char *id, ll_ws_stream **stream)
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
-    const ll_ws_hooks *hooks = &ws->hooks[kind];
-    ll_ws_known known = LL_WS_UNKNOWN;
-    *stream = ll_ws_find_stream(ws, kind, id);
-    if (*stream == NULL && hooks->unknown != NULL) {
-        known = hooks->unknown(hooks->context, kind, id);
-        *stream = known == LL_WS_OPEN ? ll_ws_find_stream(ws, kind, id) : NULL;
-        known = known == LL_WS_OPEN ? LL_WS_LATER : known; /* it was closed again at once */
-    }
-    return *stream != NULL ? LL_WS_OPEN : known;
-}
-
-ll_ws_known ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
-{
-    ll_ws_stream *stream;
-    return ll_ws_find_or_open(ws, upgrade->kind, upgrade->id, &stream);
+    return ll_ws_find_stream(ws, upgrade->kind, upgrade->id) != NULL;
 }
 
 static bool is_stream_id(const char *id)

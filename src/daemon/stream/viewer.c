@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "daemon/net/problem_json.h"
 #include "daemon/stream/internal.h"
 
 #define CLOSE_TIMEOUT_NS INT64_C(3000000000) /* time for a viewer to complete the closing handshake */
@@ -112,13 +111,17 @@ static void refuse_message(ws_viewer *viewer, int code, const char *reason)
 
 static void refuse_rate(ws_viewer *viewer)
 {
-    ll_status error = ll_error(LL_LIMIT, "messages: must be at most %g/s (max_messages_per_s)",
-                               viewer->thread->ws->config.max_messages_per_s);
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "type", "error");
-    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(429, &error, NULL));
-    ll_ws_viewer_send_json(viewer, json);
-    refuse_message(viewer, LL_WS_POLICY, error.text);
+    char text[120];
+    snprintf(text, sizeof text, "messages: must be at most %g/s (max_messages_per_s)",
+             viewer->thread->ws->config.max_messages_per_s);
+    cJSON *error = cJSON_CreateObject(), *problem = cJSON_AddObjectToObject(error, "problem");
+    cJSON_AddStringToObject(error, "type", "error");
+    cJSON_AddStringToObject(problem, "type", "about:blank");
+    cJSON_AddStringToObject(problem, "title", "Too Many Requests");
+    cJSON_AddNumberToObject(problem, "status", 429);
+    cJSON_AddStringToObject(problem, "detail", text);
+    ll_ws_viewer_send_json(viewer, error);
+    refuse_message(viewer, LL_WS_POLICY, text);
 }
 
 static void take_message(ws_viewer *viewer, const char *text, size_t size)
@@ -222,14 +225,11 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
     /* It may have been closed since the upgrade was accepted. */
-    ll_ws_stream *stream;
-    ll_ws_known known = ll_ws_find_or_open(ws, viewer->upgrade.kind, viewer->upgrade.id, &stream);
+    ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.kind, viewer->upgrade.id);
     viewer->opened_ns = viewer->messages.tokens_ns = thread->now_ns;
     viewer->messages.tokens = 2 * ws->config.max_messages_per_s;
     if (stream == NULL) {
-        bool later = known == LL_WS_LATER;
-        ll_ws_viewer_close(viewer, later ? LL_WS_TRY_LATER : LL_WS_NO_SESSION,
-                           later ? "it is not here now; try again" : "deleted");
+        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "deleted");
         return;
     }
     if (stream->viewer_count >= ws->config.max_viewers) {

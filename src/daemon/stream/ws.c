@@ -201,11 +201,7 @@ ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hoo
         return ll_error(LL_NO_MEMORY, "out of memory: streams");
     }
     ws->config = *config;
-    for (int kind = 0; kind < LL_STREAM_KINDS; kind++) {
-        if (kind == LL_STREAM_SESSION || hooks->every_kind) {
-            ws->hooks[kind] = *hooks;
-        }
-    }
+    ws->hooks[LL_STREAM_SESSION] = *hooks;
     ws->connection_limiter = connection_limiter;
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);

@@ -36,18 +36,10 @@ typedef uint64_t ll_ws_viewer; /* never reused; calls with a viewer that has lef
 #define LL_WS_UNSUPPORTED 1003
 #define LL_WS_POLICY 1008
 #define LL_WS_TOO_BIG 1009
-#define LL_WS_RESTART 1012 /* the session goes on at another daemon: reconnect at once */
 #define LL_WS_TRY_LATER 1013
 #define LL_WS_FORBIDDEN 4403
 #define LL_WS_NO_SESSION 4404
 #define LL_WS_TOO_MANY 4429
-
-/* Of an id without a stream. */
-typedef enum ll_ws_known {
-    LL_WS_UNKNOWN, /* a 404 */
-    LL_WS_OPEN,    /* it has a stream now */
-    LL_WS_LATER,   /* perhaps later: a 503, or 1013 */
-} ll_ws_known;
 
 typedef struct ll_ws_hooks {
     void *context;
@@ -62,13 +54,9 @@ typedef struct ll_ws_hooks {
     /* The answer to ll_ws_ping: the time that it took on the network and in the viewer's browser. May be
      * NULL. */
     void (*pong)(void *context, void *session, ll_ws_viewer viewer, int64_t round_trip_ns);
-    /* A viewer wants a stream that is not open: open it (ll_ws_stream_open), or say why not. Its viewers may
-     * have to wait for their hello. On any thread; must not wait. May be NULL. */
-    ll_ws_known (*unknown)(void *context, ll_stream_kind kind, const char *id);
     /* The stream is closed and its last viewer has left: no further hook gets `session`. Exactly once after
      * ll_ws_stream_close. May be NULL. */
     void (*released)(void *context, void *session);
-    bool every_kind; /* of ll_ws_start: these hooks are for streams of all kinds */
 } ll_ws_hooks;
 
 typedef struct ll_ws_stats {
@@ -147,7 +135,7 @@ struct ll_connection_limiter_pass;
 
 ll_status ll_ws_start(const struct ll_web_server_config *config, const ll_ws_hooks *hooks,
                       struct ll_connection_limiter *connection_limiter, ll_ws **ws);
-ll_ws_known ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade); /* may open it, see hook `unknown` */
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade); /* whether the stream is open */
 
 /* A socket whose valid upgrade request has been read. */
 typedef struct ll_ws_socket {

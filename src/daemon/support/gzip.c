@@ -127,36 +127,3 @@ ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task)
     deflateEnd(&z);
     return status;
 }
-
-static ll_status inflate_all(z_stream *z, size_t most, sink *s)
-{
-    unsigned char piece[PIECE];
-    int result = Z_OK;
-    while (result == Z_OK && s->size <= most) {
-        z->next_out = piece;
-        z->avail_out = sizeof piece;
-        result = inflate(z, Z_NO_FLUSH);
-        if ((result == Z_OK || result == Z_STREAM_END) && !put(s, piece, sizeof piece - z->avail_out))
-            return ll_error(LL_NO_MEMORY, "out of memory: decompressing");
-    }
-    return result == Z_STREAM_END && s->size <= most
-               ? ll_ok()
-               : ll_error(LL_IO, "damaged, or more than %zu bytes", most);
-}
-
-ll_status ll_gunzip_bytes(const void *bytes, size_t size, size_t most, char **out, size_t *out_size)
-{
-    z_stream z = {.next_in = (unsigned char *)(uintptr_t)bytes, .avail_in = (uInt)size};
-    sink s = {0};
-    if (inflateInit2(&z, GZIP_WINDOW) != Z_OK)
-        return ll_error(LL_NO_MEMORY, "out of memory: decompressing");
-    ll_status status = inflate_all(&z, most, &s);
-    inflateEnd(&z);
-    if (ll_failed(&status)) {
-        free(s.bytes);
-        return status;
-    }
-    *out = s.bytes;
-    *out_size = s.size;
-    return status;
-}

@@ -15,7 +15,5 @@ bool ll_gzip_compresses(const char *type);
 /* Both yield `task` (NULL: none) from time to time; LL_INTERRUPTED when it was stopped. */
 /* `out` is malloc'ed. */
 ll_status ll_gzip_bytes(const void *bytes, size_t size, struct ll_task *task, char **out, size_t *out_size);
-/* The reverse; LL_IO: damaged, or more than `most` bytes. */
-ll_status ll_gunzip_bytes(const void *bytes, size_t size, size_t most, char **out, size_t *out_size);
 /* Compresses `in` from its beginning; writes to `out` at its position. */
 ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task);

@@ -316,19 +316,6 @@ bool ll_task_yield(ll_task *t)
     return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }
 
-void ll_task_step_aside(ll_task *t)
-{
-    ll_tasks *p = t->tasks;
-    pthread_mutex_lock(&p->lock);
-    if (t->state == RUNNING) {
-        end_turn(p, t);
-        t->state = OVERDUE;
-        p->overdue++;
-        give_turns(p);
-    }
-    pthread_mutex_unlock(&p->lock);
-}
-
 ll_task_end ll_task_end_reason(const ll_task *t)
 {
     return (ll_task_end)atomic_load(&t->ending);

@@ -60,9 +60,6 @@ void ll_task_stop(ll_task *task, ll_task_end why); /* keeps the first reason */
 /* ---- called by the task ---- */
 
 bool ll_task_yield(ll_task *task); /* may wait for the next turn */
-/* Gives the turn to others before it waits for something else than the processor, as a database: it goes on
- * without a turn until it yields. A lock may be held. */
-void ll_task_step_aside(ll_task *task);
 ll_task_end ll_task_end_reason(const ll_task *task);
 double ll_task_used_s(const ll_task *task); /* processor time so far */
 /* The error to answer with when it was stopped; `how_far` is the progress, as in the text of

@@ -216,36 +216,6 @@ static void test_a_long_piece_does_not_keep_a_turn(void **state)
     ll_tasks_free(tasks);
 }
 
-static void wait_aside(void *context, ll_task *task)
-{
-    ll_task_step_aside(task);
-    usleep(300000);
-    ll_task_yield(task); /* a turn again */
-    atomic_store(&((job *)context)->over, true);
-}
-
-/* As tasks that ask a database: the turns are for those that compute. */
-static void test_who_waits_for_something_else_steps_aside(void **state)
-{
-    (void)state;
-    ll_tasks *tasks = begin(2);
-    static job waiting[40];
-    job short_one = {.most = 20};
-    memset(waiting, 0, sizeof waiting);
-    int64_t from = now_ms();
-    for (int i = 0; i < 40; i++) {
-        ll_task_spec order = {.client = "waits", .own = true, .run = wait_aside, .context = &waiting[i]};
-        ll_tasks_add(tasks, &order, NULL);
-    }
-    add(tasks, "other", "s", 0, &short_one, NULL);
-    wait_for(&short_one.over);
-    for (int i = 0; i < 40; i++)
-        wait_for(&waiting[i].over);
-    assert_true(now_ms() - from <
-                1000); /* one after the other in two turns: 6 s; each until it is overdue: 1 s */
-    ll_tasks_free(tasks);
-}
-
 /* A queue that goes on is not stalled, however long one of it waits. */
 static void test_a_queue_that_goes_on_is_not_stalled(void **state)
 {
@@ -299,7 +269,6 @@ int main(void)
         cmocka_unit_test(test_a_task_is_stopped),
         cmocka_unit_test(test_one_client_has_a_limit),
         cmocka_unit_test(test_a_long_piece_does_not_keep_a_turn),
-        cmocka_unit_test(test_who_waits_for_something_else_steps_aside),
         cmocka_unit_test(test_a_queue_that_goes_on_is_not_stalled),
         cmocka_unit_test(test_draining_ends_all),
     };

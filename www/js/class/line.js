@@ -6,8 +6,8 @@ const GONE = 4404; /* close code: no such class */
 
 /**
  * @typedef {object} Handlers
- * @property {(state: import('./state.js').State, first: boolean) => void} state  first: of this connection. Another daemon may have the
- *   class by then, whose serials begin again at 0
+ * @property {(state: import('./state.js').State, first: boolean) => void} state  first: of this connection. The daemon may have
+ *   started again by then: its serials begin again at 0
  * @property {(member: import('./state.js').Member) => void} member  for this member alone
  * @property {(attempt: number) => void} lost   0: it is open again
  * @property {(why: string) => void} gone       the class has ended

@@ -1,0 +1,469 @@
+/* The SQLite database of a folder. */
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/assert.h"
+#include "daemon/store/internal.h"
+
+enum { SCHEMA_VERSION = 1, BUSY_MS = 2000 };
+
+static const char schema[] =
+    "CREATE TABLE sessions(number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, code TEXT NOT NULL,"
+    " created_ms INTEGER NOT NULL, seen_ms INTEGER NOT NULL, keys BLOB NOT NULL,"
+    " playing INTEGER NOT NULL, speed REAL NOT NULL, tick INTEGER NOT NULL,"
+    " head_tick INTEGER NOT NULL);"
+    "CREATE TABLE log(session INTEGER NOT NULL, line_index INTEGER NOT NULL, line TEXT NOT NULL,"
+    " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
+    "PRAGMA user_version=1;";
+
+/* Databases of an earlier laglab get these tables when they are opened; that one does not read them. */
+static const char later[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
+                            " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;"
+                            "CREATE TABLE IF NOT EXISTS class_keys(session INTEGER PRIMARY KEY,"
+                            " name TEXT NOT NULL);";
+
+typedef enum statement {
+    PUT_ROW,
+    PUT_LINE,
+    DELETE_ROW,
+    DELETE_LOG,
+    PUT_KEY,
+    DELETE_KEY,
+    PUT_CLASS,
+    DELETE_CLASS,
+    STATEMENTS
+} statement;
+
+struct ll_database {
+    char *directory;
+    int lock_file;
+    int64_t highest_number;
+    sqlite3 *writer; /* of the writer thread */
+    sqlite3_stmt *prepared[STATEMENTS];
+    sqlite3 *reader;
+    pthread_mutex_t reader_lock;
+};
+
+static const char *const statement_sql[STATEMENTS] = {
+    [PUT_ROW] = "INSERT OR REPLACE INTO sessions VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
+    [PUT_LINE] = "INSERT OR REPLACE INTO log VALUES(?1,?2,?3)",
+    [DELETE_ROW] = "DELETE FROM sessions WHERE number=?1",
+    [DELETE_LOG] = "DELETE FROM log WHERE session=?1",
+    [PUT_KEY] = "INSERT OR IGNORE INTO class_keys VALUES(?1,?2)",
+    [DELETE_KEY] = "DELETE FROM class_keys WHERE session=?1",
+    [PUT_CLASS] = "INSERT OR REPLACE INTO classes VALUES(?1,?2,?3)",
+    [DELETE_CLASS] = "DELETE FROM classes WHERE id=?1",
+};
+
+/* ---- errors ---- */
+
+/* What SQLite said last, with the name of the folder. */
+static ll_status failure(const ll_database *database, sqlite3 *db, const char *doing)
+{
+    int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
+    switch (code & 0xff) {
+    case SQLITE_FULL:
+        return ll_error(LL_IO, "Disk of %s is full.", database->directory);
+    case SQLITE_READONLY:
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+        return ll_error(LL_IO, "Cannot write to %s: %s.", database->directory, sqlite3_errmsg(db));
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+        return ll_error(LL_IO, "Database in %s is locked by another program.", database->directory);
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT:
+        return ll_error(LL_IO, "%s/laglab.db is damaged or not a database: %s.", database->directory,
+                        sqlite3_errmsg(db));
+    default:
+        return ll_error(LL_IO, "%s in %s failed: %s.", doing, database->directory,
+                        db ? sqlite3_errmsg(db) : "no memory");
+    }
+}
+
+/* ---- writing ---- */
+
+static void bind_row(sqlite3_stmt *s, const ll_stored *row)
+{
+    sqlite3_bind_int64(s, 1, row->number);
+    sqlite3_bind_text(s, 2, row->id, -1, SQLITE_STATIC);
+    sqlite3_bind_text(s, 3, row->code, -1, SQLITE_STATIC);
+    sqlite3_bind_int64(s, 4, row->created_ms);
+    sqlite3_bind_int64(s, 5, row->seen_ms);
+    sqlite3_bind_blob(s, 6, row->keys, row->key_count * (int)sizeof row->keys[0], SQLITE_STATIC);
+    sqlite3_bind_int(s, 7, row->playing);
+    sqlite3_bind_double(s, 8, row->speed);
+    sqlite3_bind_int64(s, 9, row->tick);
+    sqlite3_bind_int64(s, 10, row->head_tick);
+}
+
+static bool run(sqlite3_stmt *s)
+{
+    int result = sqlite3_step(s);
+    sqlite3_reset(s);
+    sqlite3_clear_bindings(s);
+    return result == SQLITE_DONE;
+}
+
+static bool delete_session(ll_database *database, int64_t number)
+{
+    sqlite3_bind_int64(database->prepared[DELETE_ROW], 1, number);
+    sqlite3_bind_int64(database->prepared[DELETE_LOG], 1, number);
+    sqlite3_bind_int64(database->prepared[DELETE_KEY], 1, number);
+    return run(database->prepared[DELETE_ROW]) && run(database->prepared[DELETE_LOG]) &&
+           run(database->prepared[DELETE_KEY]);
+}
+
+static bool write_class(ll_database *database, const record *r)
+{
+    sqlite3_stmt *s = database->prepared[r->type == RECORD_CLASS ? PUT_CLASS : DELETE_CLASS];
+    sqlite3_bind_text(s, 1, r->bytes, -1, SQLITE_STATIC);
+    if (r->type == RECORD_CLASS) {
+        const size_t skipped = LL_ID_LENGTH + 1;
+        sqlite3_bind_int64(s, 2, r->index);
+        sqlite3_bind_text64(s, 3, r->bytes + skipped, r->size - skipped, SQLITE_STATIC, SQLITE_UTF8);
+    }
+    return run(s);
+}
+
+/* The row with the name of its class key, which never changes. */
+static bool write_row(ll_database *database, const ll_stored *row)
+{
+    bind_row(database->prepared[PUT_ROW], row);
+    if (!run(database->prepared[PUT_ROW]))
+        return false;
+    if (!row->class_key[0])
+        return true;
+    sqlite3_bind_int64(database->prepared[PUT_KEY], 1, row->number);
+    sqlite3_bind_text(database->prepared[PUT_KEY], 2, row->class_key, -1, SQLITE_STATIC);
+    return run(database->prepared[PUT_KEY]);
+}
+
+static bool write_record(ll_database *database, const record *r)
+{
+    if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
+        return write_class(database, r);
+    if (r->type == RECORD_DELETE)
+        return delete_session(database, r->number);
+    if (r->type == RECORD_ROW) {
+        ll_stored row;
+        memcpy(&row, r->bytes, sizeof row);
+        return write_row(database, &row);
+    }
+    sqlite3_stmt *s = database->prepared[PUT_LINE];
+    sqlite3_bind_int64(s, 1, r->number);
+    sqlite3_bind_int64(s, 2, r->index);
+    sqlite3_bind_text64(s, 3, r->bytes, r->size, SQLITE_STATIC, SQLITE_UTF8);
+    return run(s);
+}
+
+/* All or nothing. A batch whose commit failed may be written again: rows are replaced, not duplicated. */
+ll_status ll_database_commit(ll_database *database, const record *batch)
+{
+    sqlite3 *db = database->writer;
+    bool good = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK;
+    for (const record *r = batch; r && good; r = r->next)
+        good = write_record(database, r);
+    if (good && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK)
+        return ll_ok();
+    ll_status failed = failure(database, db, "Writing");
+    if (!sqlite3_get_autocommit(db))
+        sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+    return failed;
+}
+
+/* ---- opening ---- */
+
+static ll_status make_directory(const char *directory)
+{
+    char path[4096];
+    size_t length = strlen(directory);
+    if (length == 0 || length >= sizeof path)
+        return ll_error(LL_IO, "data directory: has %zu characters; must have 1 to %zu", length,
+                        sizeof path - 1);
+    memcpy(path, directory, length + 1);
+    for (char *p = path + 1; *p; p++) {
+        if (*p != '/')
+            continue;
+        *p = '\0';
+        mkdir(path, 0700); /* only the last one has to exist */
+        *p = '/';
+    }
+    if (mkdir(path, 0700) != 0 && errno != EEXIST)
+        return ll_error(LL_IO, "Cannot create data directory %s: %s.", directory, strerror(errno));
+    return ll_ok();
+}
+
+static ll_status take_lock(ll_database *database)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/lock", database->directory);
+    database->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (database->lock_file < 0)
+        return ll_error(LL_IO, "Cannot write to data directory %s: %s.", database->directory,
+                        strerror(errno));
+    if (flock(database->lock_file, LOCK_EX | LOCK_NB) != 0)
+        return ll_error(LL_IO, "Data directory %s is in use by another laglab.", database->directory);
+    return ll_ok();
+}
+
+static bool read_number(sqlite3 *db, const char *sql, int64_t *number)
+{
+    sqlite3_stmt *s = NULL;
+    bool found = sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW;
+    if (found)
+        *number = sqlite3_column_int64(s, 0);
+    sqlite3_finalize(s);
+    return found;
+}
+
+static ll_status check_version(const ll_database *database, int64_t version)
+{
+    if (version <= SCHEMA_VERSION)
+        return ll_ok();
+    return ll_error(LL_IO, "Database in %s has schema %lld, of a newer laglab; this one supports up to %d.",
+                    database->directory, (long long)version, SCHEMA_VERSION);
+}
+
+static ll_status prepare_schema(ll_database *database)
+{
+    sqlite3 *db = database->writer;
+    int64_t version = 0;
+    if (!read_number(db, "PRAGMA user_version", &version))
+        return failure(database, db, "Opening the database");
+    LL_TRY(check_version(database, version));
+    if (version == 0) {
+        char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
+        int result = sqlite3_exec(db, made, NULL, NULL, NULL);
+        sqlite3_free(made);
+        if (result != SQLITE_OK)
+            return failure(database, db, "Creating the database");
+    }
+    /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
+    if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
+        sqlite3_exec(db, later, NULL, NULL, NULL) != SQLITE_OK)
+        return failure(database, db, "Writing");
+    int64_t highest = 0;
+    if (!read_number(db, "SELECT coalesce(max(number), 0) FROM sessions", &highest))
+        return failure(database, db, "Reading");
+    database->highest_number = highest;
+    return ll_ok();
+}
+
+static ll_status open_files(ll_database *database)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/laglab.db", database->directory);
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    if (sqlite3_open_v2(path, &database->writer, flags, NULL) != SQLITE_OK)
+        return failure(database, database->writer, "Opening the database");
+    sqlite3_busy_timeout(database->writer, BUSY_MS);
+    if (sqlite3_exec(database->writer, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
+                     NULL) != SQLITE_OK)
+        return failure(database, database->writer, "Opening the database");
+    ll_status status = prepare_schema(database);
+    for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
+        if (sqlite3_prepare_v3(database->writer, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
+                               &database->prepared[i], NULL) != SQLITE_OK)
+            status = failure(database, database->writer, "Opening the database");
+    }
+    if (ll_failed(&status))
+        return status;
+    if (sqlite3_open_v2(path, &database->reader, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
+        SQLITE_OK)
+        return failure(database, database->reader, "Opening the database");
+    sqlite3_busy_timeout(database->reader, BUSY_MS);
+    return ll_ok();
+}
+
+/* ---- reading ---- */
+
+static void read_text(sqlite3_stmt *s, int column, char *text, size_t size)
+{
+    const unsigned char *value = sqlite3_column_text(s, column);
+    snprintf(text, size, "%s", value ? (const char *)value : "");
+}
+
+static void read_row(sqlite3_stmt *s, ll_stored *row)
+{
+    memset(row, 0, sizeof *row);
+    row->number = sqlite3_column_int64(s, 0);
+    read_text(s, 1, row->id, sizeof row->id);
+    read_text(s, 2, row->code, sizeof row->code);
+    row->created_ms = sqlite3_column_int64(s, 3);
+    row->seen_ms = sqlite3_column_int64(s, 4);
+    const void *keys = sqlite3_column_blob(s, 5);
+    int bytes = sqlite3_column_bytes(s, 5);
+    row->key_count = bytes / (int)sizeof row->keys[0];
+    if (row->key_count > LL_STORE_KEYS)
+        row->key_count = LL_STORE_KEYS;
+    if (row->key_count > 0)
+        memcpy(row->keys, keys, (size_t)row->key_count * sizeof row->keys[0]);
+    row->playing = sqlite3_column_int(s, 6) != 0;
+    row->speed = sqlite3_column_double(s, 7);
+    row->tick = sqlite3_column_int64(s, 8);
+    row->head_tick = sqlite3_column_int64(s, 9);
+    row->lines = sqlite3_column_int64(s, 10);
+    row->log_bytes = sqlite3_column_int64(s, 11);
+    read_text(s, 12, row->class_key, sizeof row->class_key);
+}
+
+ll_status ll_database_list(ll_database *database, void (*each)(void *context, const ll_stored *stored),
+                           void *context)
+{
+    static const char sql[] =
+        "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number),"
+        " (SELECT coalesce(sum(length(CAST(line AS BLOB)) + 1), 0) FROM log WHERE session = number),"
+        " (SELECT name FROM class_keys WHERE session = number)"
+        " FROM sessions ORDER BY number";
+    sqlite3_stmt *s = NULL;
+    pthread_mutex_lock(&database->reader_lock);
+    int result = sqlite3_prepare_v2(database->reader, sql, -1, &s, NULL);
+    while (result == SQLITE_OK || result == SQLITE_ROW) {
+        result = sqlite3_step(s);
+        if (result != SQLITE_ROW)
+            break;
+        ll_stored row;
+        read_row(s, &row);
+        each(context, &row);
+    }
+    ll_status status = result == SQLITE_DONE ? ll_ok() : failure(database, database->reader, "Reading");
+    sqlite3_finalize(s);
+    pthread_mutex_unlock(&database->reader_lock);
+    return status;
+}
+
+ll_status ll_database_list_classes(ll_database *database,
+                                   void (*each)(void *context, const char *id, int64_t seen_ms,
+                                                const char *text),
+                                   void *context)
+{
+    sqlite3_stmt *s = NULL;
+    pthread_mutex_lock(&database->reader_lock);
+    int result = sqlite3_prepare_v2(database->reader, "SELECT id, seen_ms, state FROM classes", -1, &s, NULL);
+    while (result == SQLITE_OK || result == SQLITE_ROW) {
+        result = sqlite3_step(s);
+        if (result != SQLITE_ROW)
+            break;
+        const unsigned char *id = sqlite3_column_text(s, 0), *text = sqlite3_column_text(s, 2);
+        if (id && text)
+            each(context, (const char *)id, sqlite3_column_int64(s, 1), (const char *)text);
+    }
+    ll_status status = result == SQLITE_DONE ? ll_ok() : failure(database, database->reader, "Reading");
+    sqlite3_finalize(s);
+    pthread_mutex_unlock(&database->reader_lock);
+    return status;
+}
+
+/* Lines, each with its newline. */
+typedef struct log_text {
+    char *text;
+    size_t length, capacity;
+} log_text;
+
+static bool add_line(log_text *log, const void *line, size_t size)
+{
+    if (log->length + size + 2 > log->capacity) {
+        size_t wanted = (log->length + size + 2) * 2;
+        char *bigger = realloc(log->text, wanted);
+        if (!bigger)
+            return false;
+        log->text = bigger;
+        log->capacity = wanted;
+    }
+    memcpy(log->text + log->length, line, size);
+    log->length += size;
+    log->text[log->length++] = '\n';
+    log->text[log->length] = '\0';
+    return true;
+}
+
+/* The text as the result; an empty log is an error that names `where`. */
+static ll_status end_log(log_text *log, ll_status status, const char *where, char **text, size_t *length)
+{
+    if (!ll_failed(&status) && !log->text)
+        status = ll_error(LL_IO, "Log of a stored session in %.150s is empty.", where);
+    if (ll_failed(&status)) {
+        free(log->text);
+        return status;
+    }
+    *text = log->text;
+    *length = log->length;
+    return status;
+}
+
+ll_status ll_database_read_log(ll_database *database, int64_t number, char **text, size_t *length)
+{
+    log_text log = {0};
+    sqlite3_stmt *s = NULL;
+    pthread_mutex_lock(&database->reader_lock);
+    ll_status status = ll_ok();
+    int result = sqlite3_prepare_v2(
+        database->reader, "SELECT line FROM log WHERE session=?1 ORDER BY line_index", -1, &s, NULL);
+    if (result == SQLITE_OK)
+        sqlite3_bind_int64(s, 1, number);
+    while ((result == SQLITE_OK || result == SQLITE_ROW) && !ll_failed(&status)) {
+        result = sqlite3_step(s);
+        if (result != SQLITE_ROW)
+            break;
+        const void *line = sqlite3_column_text(s, 0);
+        if (!add_line(&log, line, (size_t)sqlite3_column_bytes(s, 0)))
+            status = ll_error(LL_NO_MEMORY, "out of memory: log of a stored session");
+    }
+    if (!ll_failed(&status) && result != SQLITE_DONE)
+        status = failure(database, database->reader, "Reading");
+    sqlite3_finalize(s);
+    pthread_mutex_unlock(&database->reader_lock);
+    return end_log(&log, status, database->directory, text, length);
+}
+
+/* ---- opening and closing ---- */
+
+ll_status ll_database_open(const char *directory, ll_database **result)
+{
+    *result = NULL;
+    ll_database *database = calloc(1, sizeof *database);
+    char *name = strdup(directory);
+    if (!database || !name) {
+        free(database);
+        free(name);
+        return ll_error(LL_NO_MEMORY, "out of memory: store");
+    }
+    database->directory = name;
+    database->lock_file = -1;
+    pthread_mutex_init(&database->reader_lock, NULL);
+    ll_status status = make_directory(directory);
+    LL_THEN(status, take_lock(database));
+    LL_THEN(status, open_files(database));
+    if (ll_failed(&status))
+        ll_database_close(database);
+    else
+        *result = database;
+    return status;
+}
+
+void ll_database_close(ll_database *database)
+{
+    for (int i = 0; i < STATEMENTS; i++)
+        sqlite3_finalize(database->prepared[i]);
+    sqlite3_close(database->reader);
+    sqlite3_close(database->writer);
+    if (database->lock_file >= 0)
+        close(database->lock_file);
+    pthread_mutex_destroy(&database->reader_lock);
+    free(database->directory);
+    free(database);
+}
+
+int64_t ll_database_highest_number(const ll_database *database)
+{
+    return database->highest_number;
+}
