@@ -1,5 +1,5 @@
 // Of which code a result speaks: the rooms of src/ that it measures, and of the page www/. Their fingerprint is written into the result
-// when it is measured; docs/performance.md uses it to say whether they have changed since.
+// when it is measured; bench/ages.mjs says by it whether they have changed since.
 import { createHash } from 'node:crypto';
 import { readFileSync, readdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';

@@ -1,10 +1,10 @@
-# Copies www/, scenarios/ and api/ from SOURCE to BINARY, and the page's libraries from node_modules to www/vendor/.
-# Run with cmake -DSOURCE=... -DBINARY=... -P page.cmake
+# Copies www/ and scenarios/ from SOURCE to BINARY, and the page's libraries from node_modules to www/vendor/.
+# Run with cmake -DSOURCE=... -DBINARY=... [-DTYPES=FOLDER] -P page.cmake; TYPES: those of the JavaScript client
 
 set(modules ${SOURCE}/node_modules)
 set(vendor ${BINARY}/www/vendor)
 
-foreach(folder IN ITEMS www scenarios api)
+foreach(folder IN ITEMS www scenarios)
     file(REMOVE_RECURSE ${BINARY}/${folder})
     if(IS_DIRECTORY ${SOURCE}/${folder})
         file(COPY ${SOURCE}/${folder} DESTINATION ${BINARY})
@@ -114,9 +114,8 @@ foreach(language IN LISTS languages)
 endforeach()
 
 # The clients that a daemon serves, for a room without Internet.
-foreach(program IN ITEMS python/wheel.py js/pack.py)
-    execute_process(COMMAND python3 ${SOURCE}/clients/${program} ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
-endforeach()
+execute_process(COMMAND python3 ${SOURCE}/clients/python/wheel.py ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+execute_process(COMMAND python3 ${SOURCE}/clients/js/pack.py ${BINARY}/www/clients ${TYPES} COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
 file(COPY ${SOURCE}/clients/python/examples/techniques.ipynb ${SOURCE}/clients/r/techniques.R ${SOURCE}/clients/r/techniques.json
     DESTINATION ${BINARY}/www/clients)
 # Of JavaScript also the modules themselves, for pages: what they share with this page stands elsewhere than in the sources.

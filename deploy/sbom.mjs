@@ -1,7 +1,7 @@
 // The image's bill of materials, SPDX 2.3 as JSON: node deploy/sbom.mjs PACKAGES.tsv LINKED.tsv > sbom.spdx.json
 // PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version; LINKED.tsv the same of
-// packages of the build whose code is in the binary. The page's libraries are those of package-lock.json that are no tools of the tests,
-// with the checksums that `npm ci` holds them against.
+// packages of the build whose code is in the binary. The page's libraries are those of package-lock.json that are no tools of the tests or of
+// the build, with the checksums that `npm ci` holds them against.
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -52,7 +52,7 @@ export function sbom(tsv, lock, created, linked = '') {
   const debian = packagesOf(tsv),
     within = packagesOf(linked);
   const npm = Object.entries(lock.packages)
-    .filter(([place, one]) => place !== '' && !one.dev)
+    .filter(([place, one]) => place !== '' && !(one.dev || one.optional || one.devOptional))
     .map(([place, one]) => {
       const name = place.replace(/^.*node_modules\//, ''),
         [algorithm, sum] = one.integrity.split(/-(.*)/s);

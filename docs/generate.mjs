@@ -1,6 +1,6 @@
 // Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the
-// API (from api/*.yaml), the types of the JavaScript client (from its modules), the daemon's options (from `laglab serve --help`), the
-// bytes of a session (from `laglab run`) and the figures of the benchmarks (from bench/results/*.csv).
+// API (from api/*.yaml), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of
+// the benchmarks (from bench/results/*.csv).
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //
@@ -11,8 +11,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
-import { fingerprint, folderOf, roomsOf } from '../bench/rooms.mjs';
-import { clientTypes } from './clients.mjs';
+import { folderOf, roomsOf } from '../bench/rooms.mjs';
 import { columnsDoc, metricsDoc } from './metrics.mjs';
 import { paperDoc } from './paper.mjs';
 import { publishedDoc } from './published.mjs';
@@ -138,8 +137,8 @@ order; of two \`--set\` of one path the later counts.
 
 Two rows depend on each other: reconciliation switched on switches prediction on, and prediction switched off switches reconciliation off.
 
-The same rules as a JSON Schema (2020-12) are in [scenario.schema.json](../api/scenario.schema.json), which a daemon also serves at
-\`/api/v1/schema\`. Units are in \`x-unit\`, live rows have \`x-live\`.
+\`laglab schema\` prints the same rules as a JSON Schema (2020-12), which a daemon also serves at \`/api/v1/schema\`; the build writes it to
+\`build/api/scenario.schema.json\`, for editors. Units are in \`x-unit\`, live rows have \`x-live\`.
 
 Your own scenario, from a file:
 
@@ -184,7 +183,7 @@ function reader(document) {
     if (!node) return '';
     const name = /^#\/components\/schemas\/(\w+)$/.exec(node.$ref ?? '')?.[1];
     if (name) return `[${name}](#${anchor(name)})`;
-    if (/\.json#/.test(node.$ref ?? '')) return `object, see [${node.$ref.split('#')[0]}](../api/${node.$ref.split('#')[0]})`;
+    if (/\.json#/.test(node.$ref ?? '')) return `object, see ${code(`/api/v1/${node.$ref}`)}`;
     if (node.oneOf) return node.oneOf.map(type).join(' or ');
     if (node.const !== undefined) return code(JSON.stringify(node.const));
     if (node.enum) return node.enum.map((value) => code(JSON.stringify(value))).join(', ');
@@ -769,18 +768,11 @@ const RESULTS = [
   },
 ];
 
-/** Whether the code that a result speaks of is that which was measured. @param {string} name @param {Map<string, string>} head */
-export function ageDoc(name, head, root = ROOT) {
-  const rooms = roomsOf(name)
-    .map((room) => code(folderOf(room)))
-    .join(', ');
-  const told = head.get('rooms'),
-    now = fingerprint(name, root);
-  const measured = `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}.`;
-  if (told === now) return `${measured} The measured code (${rooms}) has not changed since.`;
-  const since =
-    told === undefined ? 'the result has no fingerprint of the code, so assume that the code has changed' : 'the code has changed since';
-  return `**${measured} Older than the code:** ${since} (${rooms}).\n${code(head.get('command') ?? './dev bench')} measures it again.`;
+/** When a result was measured, and of which rooms it speaks. @param {string} name @param {Map<string, string>} head */
+function measuredDoc(name, head) {
+  const rooms = roomsOf(name).map((room) => code(folderOf(room)));
+  const date = head.get('date') ?? 'at an unknown time';
+  return `Measured at commit ${head.get('commit') ?? 'unknown'}, ${date}. Measured code: ${rooms.join(', ')}.`;
 }
 
 function resultDoc({ name, title, by, columns }) {
@@ -799,7 +791,7 @@ function resultDoc({ name, title, by, columns }) {
     .join('; ');
   return [
     `### ${title}`,
-    ageDoc(name, new Map(comments)),
+    measuredDoc(name, new Map(comments)),
     table(
       [...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
       [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))]),
@@ -1095,35 +1087,17 @@ function between(file, text, begin, end, body) {
   return `${text.slice(0, from + begin.length)}\n${body}\n${text.slice(to)}`;
 }
 
-/** Both schemas, each next to the schemas that it refers to, not around them: generators of types take nested ones for properties. */
-function schemas(scenario, experiment) {
-  const { $schema, $defs: ofScenario, ...scenario_ } = scenario;
-  const { $schema: _, $defs: ofExperiment, ...experiment_ } = experiment;
-  const $defs = { scenario: scenario_, experiment: experiment_, ...ofScenario };
-  for (const [name, def] of Object.entries(ofExperiment)) {
-    if (name in $defs && JSON.stringify($defs[name]) !== JSON.stringify(def)) throw new Error(`two schemas have the name ${name}`);
-    $defs[name] = def;
-  }
-  return { $schema, $defs };
-}
-
 /** Every generated file with the text that it should have. @param {string} binary @returns {Map<string, string>} */
 export function generate(binary) {
   const laglab = (/** @type {string[]} */ ...args) => execFileSync(binary, args, { encoding: 'utf8' });
   const schema = JSON.parse(laglab('schema')),
     records = JSON.parse(laglab('schema', 'stream'));
   const asyncapi = between('api/asyncapi.yaml', read('api/asyncapi.yaml'), '    # generated: records', '    # end', asyncSchemas(records));
-  const shared = new Map([
+  return new Map([
     ['api/asyncapi.yaml', asyncapi],
-    ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
-    ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
     ['www/js/stream/records.js', recordsModule(records)],
     ['www/js/stream/rows.js', rowsModule(records)],
     ['www/js/stream/names.js', namesModule(records)],
-  ]);
-  return new Map([
-    ...shared,
-    ...clientTypes(ROOT, shared),
     [
       'docs/scenario.md',
       scenarioDoc(schema)
@@ -1132,8 +1106,8 @@ export function generate(binary) {
     ],
     ['docs/metrics.md', metricsDoc(JSON.parse(laglab('schema', 'metrics')))],
     ['docs/paper.md', paperDoc()],
-    ['docs/published.md', publishedDoc(parseCsv, ageDoc)],
-    ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, ageDoc)],
+    ['docs/published.md', publishedDoc(parseCsv, measuredDoc)],
+    ['docs/tradeoff.md', tradeoffDoc(JSON.parse(laglab('tradeoff', '--list')), parseCsv, measuredDoc)],
     ['docs/columns.md', columnsDoc(JSON.parse(laglab('schema', 'traces')), JSON.parse(laglab('schema', 'results')))],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],

@@ -49,8 +49,9 @@ static const struct {
      ll_verb_link_trace},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", ll_verb_replay},
     {"scenarios", "", "list the scenarios", ll_verb_scenarios},
-    {"schema", "[KIND|experiment|stream|metrics|traces|results]",
-     "print the JSON Schema of scenarios, of all kinds or one, or of experiments; or the tables of the "
+    {"schema", "[KIND|experiment|all|stream|metrics|traces|results]",
+     "print the JSON Schema of scenarios, of all kinds or one, of experiments, or of both; or the tables of "
+     "the "
      "stream, of metrics, or of columns",
      ll_verb_schema},
     {"methods", "", "list the integrators", ll_verb_methods},

@@ -13,8 +13,8 @@ typedef struct ll_option_list {
     int count;
 } ll_option_list;
 
-/* An option with a value, a flag, an option that may be repeated, or one that sets a parameter
- * (cli/parameter_options.h). A table of options ends with an empty name. */
+/* An option with a value, a flag, an option that may be repeated, or one that sets a parameter. A table of
+ * options ends with an empty name. */
 typedef struct ll_option {
     const char *name;
     const char *takes, *help; /* takes: `FILE`; NULL for a flag */

@@ -83,16 +83,18 @@ int ll_verb_schema(int argc, char **argv)
 {
     const ll_option none[] = {{0}};
     const char *kind;
-    ll_status status =
-        ll_arguments_one("schema [KIND|experiment|stream|metrics|traces|results]: print the JSON "
-                         "Schema of scenarios (all kinds or one) or of experiments, or the tables of the "
-                         "stream, of the metrics, or of the columns of traces or results",
-                         argc, argv, none, &kind);
+    ll_status status = ll_arguments_one(
+        "schema [KIND|experiment|all|stream|metrics|traces|results]: print the JSON "
+        "Schema of scenarios (all kinds or one), of experiments or of both, or the tables of "
+        "the stream, of the metrics, or of the columns of traces or results",
+        argc, argv, none, &kind);
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     cJSON *schema = NULL;
     if (kind && strcmp(kind, "experiment") == 0)
         schema = ll_experiment_schema();
+    else if (kind && strcmp(kind, "all") == 0)
+        schema = ll_schemas();
     else if (kind && strcmp(kind, "stream") == 0)
         schema = ll_stream_schema();
     else if (kind && strcmp(kind, "metrics") == 0)

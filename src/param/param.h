@@ -148,6 +148,9 @@ const struct cJSON *ll_param_number_at(const struct cJSON *json, const char *pat
 /* A JSON Schema (2020-12) object with `$defs` for nested tables; units are in `x-unit`, `live` in `x-live`.
  * The caller deletes it. */
 struct cJSON *ll_param_schema(const ll_param_table *table);
+/* Makes such a schema a part of another: its `$defs` move to those of the other, `$schema` goes. Tables that
+ * both have in common are one definition. */
+void ll_param_schema_part(struct cJSON *part, struct cJSON *defs);
 
 /* Checks a table and those within it: names, ranges, defaults, offsets. For tests. */
 ll_status ll_param_table_valid(const ll_param_table *table);

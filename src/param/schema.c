@@ -303,3 +303,17 @@ cJSON *ll_param_schema(const ll_param_table *table)
     }
     return root;
 }
+
+void ll_param_schema_part(cJSON *part, cJSON *defs)
+{
+    cJSON *own = cJSON_DetachItemFromObject(part, "$defs"), *def;
+    while ((def = cJSON_DetachItemFromArray(own, 0)) != NULL)
+        if (cJSON_GetObjectItemCaseSensitive(defs, def->string)) {
+            LL_ASSERT(cJSON_Compare(cJSON_GetObjectItemCaseSensitive(defs, def->string), def, true));
+            cJSON_Delete(def);
+        } else {
+            cJSON_AddItemToArray(defs, def); /* the item keeps its name */
+        }
+    cJSON_Delete(own);
+    cJSON_DeleteItemFromObject(part, "$schema");
+}

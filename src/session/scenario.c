@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/assert.h"
 #include "session/internal.h"
 #include "sim/core/scenario_rows.h"
 
@@ -163,21 +162,11 @@ ll_status ll_scenario_override(cJSON **json, const char *const *sets, int count,
     return status;
 }
 
-/* Moves the definitions of a kind to the root, where references expect them. Kinds that share a table share
- * its definition. */
+/* The definitions of a kind move to the root, where references expect them. */
 static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
 {
-    cJSON *one = ll_param_schema(kind->table), *def;
-    cJSON *own = cJSON_DetachItemFromObject(one, "$defs");
-    while ((def = cJSON_DetachItemFromArray(own, 0)) != NULL)
-        if (cJSON_GetObjectItemCaseSensitive(defs, def->string)) {
-            LL_ASSERT(cJSON_Compare(cJSON_GetObjectItemCaseSensitive(defs, def->string), def, true));
-            cJSON_Delete(def);
-        } else {
-            cJSON_AddItemToArray(defs, def); /* the item keeps its name */
-        }
-    cJSON_Delete(own);
-    cJSON_DeleteItemFromObject(one, "$schema");
+    cJSON *one = ll_param_schema(kind->table);
+    ll_param_schema_part(one, defs);
     cJSON *name = cJSON_GetObjectItem(cJSON_GetObjectItem(one, "properties"), "kind");
     cJSON_DeleteItemFromObject(name, "enum");
     cJSON_AddStringToObject(name, "const", kind->name);

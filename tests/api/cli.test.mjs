@@ -362,6 +362,13 @@ test('what is no log is refused', () => {
 
 const schema = () => JSON.parse(good(['schema']));
 
+test('the schemas of scenarios and experiments in one are those of each, with the definitions of both next to them', () => {
+  const all = JSON.parse(good(['schema', 'all'])),
+    { $schema, $defs: ofScenario, ...scenario } = schema(),
+    { $defs: ofExperiment, $schema: _, ...experiment } = JSON.parse(good(['schema', 'experiment']));
+  assert.deepEqual(all, { $schema, $defs: { ...ofScenario, ...ofExperiment, scenario, experiment } });
+});
+
 test('every parameter refuses bad values by name and range', async () => {
   const root = schema();
   const follow = (node) => (node.$ref ? { ...root.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);

@@ -11,17 +11,20 @@ import { lint, loadConfig } from '@redocly/openapi-core';
 import Ajv from 'ajv';
 import addFormats from 'ajv-formats';
 import YAML from 'yaml';
-import { startDaemon } from '../lib/daemon.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const at = (/** @type {string} */ name) => path.join(ROOT, name);
 const run = promisify(execFile);
 
+/** A document as the build has it, next to the schemas to which it refers. */
+const built = (/** @type {string} */ name) => path.join(path.dirname(BINARY), name);
+
 // The library behind `redocly lint`, without the rest of that package, which is a web site's generator.
 for (const name of ['api/openapi.yaml', 'api/asyncapi.yaml']) {
   test(`${name} is without errors and warnings of redocly's rules`, async () => {
     const config = await loadConfig({ configPath: at('redocly.yaml') });
-    const problems = await lint({ ref: at(name), config });
+    const problems = await lint({ ref: built(name), config });
     assert.deepEqual(
       problems.map((p) => `${p.severity} ${p.ruleId}: ${p.message} at ${p.location[0]?.pointer}`),
       [],
@@ -33,7 +36,7 @@ test('the linter finds what is wrong', async () => {
   const config = await loadConfig({ configPath: at('redocly.yaml') });
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-lint-'));
   try {
-    copyFileSync(at('api/schemas.json'), path.join(folder, 'schemas.json'));
+    copyFileSync(built('api/schemas.json'), path.join(folder, 'schemas.json'));
     const broken = readFileSync(at('api/openapi.yaml'), 'utf8')
       .replace('operationId: getSchema\n', 'operationId: getScenario\n')
       .replace('schemas/Counter"', 'schemas/Count"');

@@ -17,7 +17,6 @@ const UNPROVOKED = new Map([
   ['get /readyz 404', 'a store that daemons share: tests/daemon/shared.test.mjs'],
   ['get /api/v1/openapi.yaml 404', 'the document is what this test reads'],
   ['get /api/v1/asyncapi.yaml 404', 'as above'],
-  ['get /api/v1/schemas.json 404', 'as above'],
   ['get /api/v1/sessions/{id} 507', 'needs a stored log that is damaged: tests/daemon'],
   ['get /api/v1/sessions/{id}/state 507', 'as above'],
   ['get /api/v1/sessions/{id}/metrics 507', 'as above'],

@@ -257,7 +257,7 @@ void test_server_open(test_server *f)
                          .closed = on_closed,
                          .wanted = on_wanted,
                          .released = on_released};
-    ll_status status = ll_web_server_open(&f->config, &app, &hooks, NULL, NULL, &f->web_server);
+    ll_status status = ll_web_server_open(&f->config, &app, &hooks, &f->web_server);
     if (ll_failed(&status)) {
         fprintf(stderr, "%s\n", status.text);
         abort();

@@ -167,5 +167,10 @@ void ll_get_asyncapi(void *context, const ll_http_request *request, ll_http_resp
 
 void ll_get_schemas(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    send_document(context, "schemas.json", request, "application/schema+json", response);
+    (void)context;
+    (void)request;
+    cJSON *json = ll_schemas();
+    ll_http_json(response, 200, json);
+    snprintf(response->type, sizeof response->type, "application/schema+json");
+    cJSON_Delete(json);
 }

@@ -6,19 +6,11 @@
 
 #include "daemon/class/internal.h"
 #include "daemon/net/problem_json.h"
+#include "daemon/stream/requests.h"
 #include "session/scenario.h"
 
 #define GATHER_NS (500 * LL_MS) /* counts and measurements wait for each other this long */
 #define PING_NS (2 * LL_SECOND) /* between two measurements of a round trip */
-
-static void send_json(ll_classes *classes, ll_ws_viewer viewer, cJSON *json) /* takes ownership */
-{
-    char *text = json ? cJSON_PrintUnformatted(json) : NULL;
-    cJSON_Delete(json);
-    if (text)
-        ll_ws_send(classes->ws, viewer, text, strlen(text));
-    free(text);
-}
 
 /* ---- sending; locked ---- */
 
@@ -58,7 +50,7 @@ static void send_own(ll_class_entry *entry)
     for (class_viewer *v = entry->viewers; v; v = v->next) {
         int place = ll_class_viewer_place(entry, v);
         if (place >= 0 && !c->members[place].notified)
-            send_json(entry->classes, v->id, ll_class_describe_member(c, place));
+            ll_request_send(entry->classes->ws, v->id, ll_class_describe_member(c, place));
     }
     for (int i = 0; i < c->capacity; i++)
         c->members[i].notified = true;
@@ -165,7 +157,7 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
 {
     ll_classes *classes = context;
     ll_class_entry *entry = session;
-    cJSON *json = NULL, *answer = cJSON_CreateObject();
+    cJSON *json = NULL;
     const cJSON *key = NULL;
     ll_status status = read_message(text, length, &json, &key);
     pthread_mutex_lock(&classes->lock);
@@ -173,15 +165,13 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
     if (viewer && !entry->ended && !ll_failed(&status))
         status = authenticate(entry, viewer, key);
     if (ll_failed(&status)) {
-        cJSON_AddStringToObject(answer, "type", "error");
-        cJSON_AddItemToObject(answer, "problem",
-                              ll_http_problem_json(ll_http_problem_status(status.code), &status, NULL));
+        ll_request_refuse(classes->ws, id, "", ll_http_problem_status(status.code), &status);
     } else {
-        cJSON_AddStringToObject(answer, "type", "reply");
+        cJSON *answer = ll_request_answer("reply", "");
         cJSON_AddTrueToObject(answer, "ok");
         cJSON_AddStringToObject(answer, "role", viewer && viewer->teacher ? "teacher" : "member");
+        ll_request_send(classes->ws, id, answer);
     }
-    send_json(classes, id, answer);
     classes->news = true;
     pthread_cond_signal(&classes->wake);
     pthread_mutex_unlock(&classes->lock);

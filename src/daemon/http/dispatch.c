@@ -28,12 +28,12 @@ bool ll_http_queue(ll_http *http, http_exchange *exchange)
     return taken;
 }
 
-/* NULL when stopping. */
 void ll_http_run_handler(http_exchange *exchange)
 {
     exchange->route->handler(exchange->http->app.context, &exchange->request, &exchange->response);
 }
 
+/* NULL when stopping. */
 static http_exchange *next_job(ll_http *http, int64_t *busy_since)
 {
     pthread_mutex_lock(&http->job_lock);

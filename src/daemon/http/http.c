@@ -77,7 +77,6 @@ static void forget_connection(http_connection *watched)
     }
     pthread_mutex_unlock(&http->watch_lock);
     ll_connection_limiter_leave(http->connection_limiter, &watched->pass);
-    free(watched->target);
     free(watched);
 }
 
@@ -204,16 +203,12 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->request.method = exchange->head ? "GET" : method;
     exchange->request.head = exchange->head;
     exchange->request.path = exchange->path;
-    exchange->request.target = exchange->path;
     exchange->request.body = "";
     exchange->request.impl = exchange;
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
         exchange->request.proxied = exchange->watched->proxied;
-        if (exchange->watched->target != NULL) {
-            exchange->request.target = exchange->watched->target;
-        }
         if (exchange->request.proxied) {
             name_client(exchange);
         }
@@ -291,8 +286,6 @@ static void *on_request_line(void *closure, const char *uri, struct MHD_Connecti
         if (fault != NULL) {
             refuse_target(watched, fault);
         }
-        free(watched->target);
-        watched->target = uri != NULL ? strdup(uri) : NULL;
         ll_http_set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }

@@ -23,7 +23,6 @@ typedef struct ll_http_request {
     const char *method;                        /* HEAD arrives as GET */
     bool head;                                 /* HEAD: an expensive body need not be made */
     const char *path;                          /* decoded, without query */
-    const char *target;                        /* as it came, with its query */
     const char *parameter[LL_HTTP_PARAMETERS]; /* values of the pattern's {..} in order; the wildcard last */
     const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
     size_t body_size;

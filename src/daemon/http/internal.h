@@ -31,7 +31,6 @@ typedef struct http_connection {
     _Atomic int64_t deadline_ns; /* 0: none */
     atomic_bool idle;            /* between two requests, or within a body: the client has to send next */
     ll_task *task;               /* guarded by watch_lock: the task of its request */
-    char *target;                /* of its last request; NULL: none, or no memory */
 } http_connection;
 
 typedef enum http_phase {

@@ -9,8 +9,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/hosting/host.h"
-#include "daemon/net/problem_json.h"
-#include "daemon/stream/ws.h"
+#include "daemon/stream/requests.h"
 #include "daemon/support/log.h"
 
 #define LOOK_EVERY_NS 250000000L
@@ -182,14 +181,7 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
     ll_status error = ll_error(
         LL_BAD_INPUT,
         "This stream is read-only. POST to an experiment's `control` pauses, resumes or cancels it.");
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "type", "error");
-    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(400, &error, NULL));
-    char *answer = cJSON_PrintUnformatted(json);
-    if (answer)
-        ll_ws_send(p->ws, id, answer, strlen(answer));
-    free(answer);
-    cJSON_Delete(json);
+    ll_request_refuse(p->ws, id, "", 400, &error);
 }
 
 static void on_closed(void *context, void *session, ll_ws_viewer id)

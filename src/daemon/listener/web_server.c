@@ -8,13 +8,12 @@
 #include "daemon/net/connection_limiter.h"
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"
+#include "daemon/support/log.h"
 
 struct ll_web_server {
     ll_web_server_config config;
     ll_allow allow; /* points into `config` */
     ll_proxies proxies;
-    ll_web_server_log *log;
-    void *log_context;
     ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_http *http;
@@ -76,8 +75,7 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app, const 
 }
 
 ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
-                             ll_web_server **result)
+                             const ll_ws_hooks *hooks, ll_web_server **result)
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
@@ -86,17 +84,13 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
     web_server->config = *config;
     web_server->allow =
         (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
-    web_server->log = log;
-    web_server->log_context = log_context;
     set_descriptor_limit(config);
     ll_status status = start(web_server, app, hooks);
     if (ll_failed(&status)) {
         ll_web_server_close(web_server);
         return status;
     }
-    if (log != NULL) {
-        log(log_context, "info", "web server started");
-    }
+    ll_log_write("info", "web server", "web server started");
     *result = web_server;
     return status;
 }
@@ -150,9 +144,7 @@ void ll_web_server_drain(ll_web_server *web_server)
     if (web_server->ws != NULL) {
         ll_ws_drain(web_server->ws, web_server->config.drain_s);
     }
-    if (web_server->log != NULL) {
-        web_server->log(web_server->log_context, "info", "web server stopped accepting; viewers have left");
-    }
+    ll_log_write("info", "web server", "web server stopped accepting; viewers have left");
 }
 
 void ll_web_server_close(ll_web_server *web_server)

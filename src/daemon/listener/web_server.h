@@ -39,13 +39,9 @@ typedef struct ll_web_server_stats {
     ll_ws_stats ws;
 } ll_web_server_stats;
 
-/* Called for each log line; any thread. `level` is "info", "warn" or "error". May be NULL. */
-typedef void ll_web_server_log(void *context, const char *level, const char *message);
-
 /* Starts all threads. `routes` must live as long as the web server; `config` is copied. */
 ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
-                             ll_web_server **web_server);
+                             const ll_ws_hooks *hooks, ll_web_server **web_server);
 
 uint16_t ll_web_server_port(const ll_web_server *web_server);
 const char *ll_web_server_address(const ll_web_server *web_server); /* as bound: `127.0.0.1:8080` */

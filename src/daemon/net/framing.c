@@ -134,7 +134,8 @@ static const char *open_payload(ll_framing *f)
 
 /* ---- payloads ---- */
 
-bool ll_framing_is_code(int code)
+/* Whether a close frame may have this code. */
+static bool is_close_code(int code)
 {
     return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1014) || (code >= 3000 && code <= 4999);
 }
@@ -148,7 +149,7 @@ static ll_framing_event end_control(ll_framing *f)
     if (opcode_of(f) == LL_OPCODE_PONG)
         return LL_FRAMING_PONG;
     f->code = f->size == 0 ? LL_FRAMING_NO_CODE : f->size == 1 ? 0 : f->control[0] << 8 | f->control[1];
-    if (f->size > 0 && !ll_framing_is_code(f->code))
+    if (f->size > 0 && !is_close_code(f->code))
         return fault(f, PROTOCOL_ERROR, "invalid code in a close frame");
     f->utf8_left = 0;
     if (f->size > 2 && (!take_text(f, f->control + 2, f->size - 2) || f->utf8_left > 0))

@@ -56,7 +56,5 @@ ll_framing_event ll_framing_read(ll_framing *framing, unsigned char *bytes, size
 /* Writes the head of an unmasked, unfragmented frame before `payload`; returns its size. */
 size_t ll_framing_put_head(unsigned char *payload, size_t size, ll_opcode opcode);
 
-bool ll_framing_is_code(int code); /* whether a close frame may have this code */
-
 /* Sec-WebSocket-Accept for a key (RFC 6455 4.2.2), NUL-terminated. */
 bool ll_framing_accept(const char *key, char accept[29]);

@@ -63,11 +63,9 @@ const char *ll_http_reason(int status)
                  {431, "Request Header Fields Too Large"},
                  {500, "Internal Server Error"},
                  {501, "Not Implemented"},
-                 {502, "Bad Gateway"},
                  {503, "Service Unavailable"},
                  {505, "HTTP Version Not Supported"},
-                 {507, "Insufficient Storage"},
-                 {508, "Loop Detected"}};
+                 {507, "Insufficient Storage"}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         if (known[i].status == status) {
             return known[i].reason;

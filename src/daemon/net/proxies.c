@@ -21,7 +21,7 @@ static bool is_ipv4(const uint8_t address[16])
     return memcmp(address, mapped, sizeof mapped) == 0;
 }
 
-void ll_proxies_address(const struct sockaddr *from, uint8_t address[16])
+static void address_of(const struct sockaddr *from, uint8_t address[16])
 {
     memset(address, 0, 16);
     if (from && from->sa_family == AF_INET) {
@@ -85,7 +85,7 @@ static bool is_in(const ll_network *network, const uint8_t address[16])
     return rest == 0 || ((network->address[whole] ^ address[whole]) & mask) == 0;
 }
 
-bool ll_proxies_trust(const ll_proxies *proxies, const uint8_t address[16])
+static bool is_trusted(const ll_proxies *proxies, const uint8_t address[16])
 {
     for (int i = 0; i < proxies->count; i++) {
         if (is_in(&proxies->network[i], address))
@@ -135,7 +135,7 @@ void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char pe
         const char *at = whole;
         if (!next_piece(&at, piece, sizeof piece) || !read_entry(piece, address))
             return; /* unknown client, or a name: count as the proxy */
-        if (!ll_proxies_trust(proxies, address)) {
+        if (!is_trusted(proxies, address)) {
             write_client(address, peer);
             return;
         }
@@ -147,7 +147,7 @@ ll_connection_limiter_pass ll_proxies_pass(const ll_proxies *proxies, const stru
 {
     uint8_t address[16];
     ll_connection_limiter_pass pass = ll_connection_limiter_pass_of(from);
-    ll_proxies_address(from, address);
-    pass.many = ll_proxies_trust(proxies, address);
+    address_of(from, address);
+    pass.many = is_trusted(proxies, address);
     return pass;
 }

@@ -107,8 +107,7 @@ static bool parse_field(ll_text line, ll_head *head)
                   {"Sec-WebSocket-Version", &head->version},
                   {"Sec-WebSocket-Key", &head->key},
                   {"Sec-WebSocket-Protocol", &head->protocols},
-                  {"Origin", &head->origin},
-                  {"Sec-Fetch-Site", &head->fetch_site}};
+                  {"Origin", &head->origin}};
     const char *colon = memchr(line.at, ':', line.size);
     if (colon == NULL || colon == line.at) {
         return false;

@@ -23,7 +23,7 @@ typedef enum ll_head_state {
 } ll_head_state;
 
 typedef struct ll_head {
-    ll_text method, target, host, upgrade, connection, version, key, protocols, origin, fetch_site;
+    ll_text method, target, host, upgrade, connection, version, key, protocols, origin;
     bool http11;
     bool twice;  /* duplicate of a header that matters for routing */
     size_t size; /* of the head with its empty line */

@@ -90,12 +90,6 @@ static ll_status open_store(daemon_parts *d)
 
 /* ---- running ---- */
 
-static void log_web_server(void *context, const char *level, const char *message)
-{
-    (void)context;
-    ll_log_write(level, "web server", "%s", message);
-}
-
 /* An operator who has exchanged name and key sees it. */
 static void log_class_keys(const ll_class_keys *keys)
 {
@@ -131,7 +125,7 @@ static ll_status start(daemon_parts *d)
         .done = ll_api_done,
     };
     ll_ws_hooks hooks = ll_host_hooks(d->host);
-    LL_TRY(ll_web_server_open(&d->web_server_config, &app, &hooks, log_web_server, NULL, &d->web_server));
+    LL_TRY(ll_web_server_open(&d->web_server_config, &app, &hooks, &d->web_server));
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));

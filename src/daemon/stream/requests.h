@@ -1,4 +1,4 @@
-/* Messages of the viewers of a session, as far as they are the same for every publisher. */
+/* Messages of viewers: those to a session, and the answers on a stream of any kind. */
 #pragma once
 
 #include "base/status.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "daemon/net/problem_json.h"
 #include "daemon/stream/internal.h"
 
 #define CLOSE_TIMEOUT_NS INT64_C(3000000000) /* time for a viewer to complete the closing handshake */
@@ -111,17 +112,13 @@ static void refuse_message(ws_viewer *viewer, int code, const char *reason)
 
 static void refuse_rate(ws_viewer *viewer)
 {
-    char text[120];
-    snprintf(text, sizeof text, "messages: must be at most %g/s (max_messages_per_s)",
-             viewer->thread->ws->config.max_messages_per_s);
-    cJSON *error = cJSON_CreateObject(), *problem = cJSON_AddObjectToObject(error, "problem");
-    cJSON_AddStringToObject(error, "type", "error");
-    cJSON_AddStringToObject(problem, "type", "about:blank");
-    cJSON_AddStringToObject(problem, "title", "Too Many Requests");
-    cJSON_AddNumberToObject(problem, "status", 429);
-    cJSON_AddStringToObject(problem, "detail", text);
-    ll_ws_viewer_send_json(viewer, error);
-    refuse_message(viewer, LL_WS_POLICY, text);
+    ll_status error = ll_error(LL_LIMIT, "messages: must be at most %g/s (max_messages_per_s)",
+                               viewer->thread->ws->config.max_messages_per_s);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "type", "error");
+    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(429, &error, NULL));
+    ll_ws_viewer_send_json(viewer, json);
+    refuse_message(viewer, LL_WS_POLICY, error.text);
 }
 
 static void take_message(ws_viewer *viewer, const char *text, size_t size)

@@ -14,7 +14,7 @@ struct ll_rate_limits {
     ll_bucket bucket[BUCKETS];
 };
 
-bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now)
+static bool take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now)
 {
     if (bucket->filled == 0)
         bucket->tokens = burst;
@@ -34,7 +34,7 @@ bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double bu
 
 bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
 {
-    return ll_bucket_take_many(bucket, 1, per_s, burst, now);
+    return take_many(bucket, 1, per_s, burst, now);
 }
 
 ll_rate_limits *ll_rate_limits_new(double per_s, double burst)
@@ -65,7 +65,7 @@ bool ll_rate_limits_take_many(ll_rate_limits *rates, const char *name, double ma
 {
     uint64_t hash = ll_hash(0, name, strlen(name));
     pthread_mutex_lock(&rates->lock);
-    bool taken = ll_bucket_take_many(&rates->bucket[hash % BUCKETS], many, rates->per_s, rates->burst, now);
+    bool taken = take_many(&rates->bucket[hash % BUCKETS], many, rates->per_s, rates->burst, now);
     pthread_mutex_unlock(&rates->lock);
     return taken;
 }

@@ -15,7 +15,6 @@ typedef struct ll_bucket {
     ll_time filled; /* 0: never used, full */
 } ll_bucket;
 
-bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now);
 bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now);
 
 typedef struct ll_rate_limits ll_rate_limits;

@@ -100,6 +100,10 @@ struct cJSON *ll_experiment_notices(const ll_experiment *experiment);
 int64_t ll_experiment_seed(const ll_experiment *experiment, int64_t run);
 
 struct cJSON *ll_experiment_schema(void);
+/* The schemas of scenarios and of experiments as two of `$defs`, to which api/openapi.yaml refers. Each
+ * stands next to the definitions that it refers to, not around them: generators of types take nested ones for
+ * properties. */
+struct cJSON *ll_schemas(void);
 
 /* ---- rows ---- */
 

@@ -4,7 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/assert.h"
 #include "experiment/spec/internal.h"
+#include "session/scenario.h"
 
 static const char *const intervals[] = {"auto", "t", NULL};
 static const char *const samplings[] = {"none", "random", "sobol", "lhs", "saltelli", NULL};
@@ -204,6 +206,20 @@ cJSON *ll_experiment_schema(void)
     cJSON_AddItemToObject(defs, "axis", axis);
     cJSON_AddItemToObject(schema, "required", cJSON_Parse("[\"scenario\",\"metrics\"]"));
     return schema;
+}
+
+cJSON *ll_schemas(void)
+{
+    cJSON *schemas = cJSON_CreateObject(), *scenario = NULL, *experiment = ll_experiment_schema();
+    ll_status status = ll_scenario_schema(NULL, &scenario);
+    LL_ASSERT(!ll_failed(&status)); /* of all kinds */
+    cJSON_AddItemToObject(schemas, "$schema", cJSON_DetachItemFromObject(scenario, "$schema"));
+    cJSON *defs = cJSON_AddObjectToObject(schemas, "$defs");
+    cJSON_AddItemToObject(defs, "scenario", scenario);
+    cJSON_AddItemToObject(defs, "experiment", experiment);
+    ll_param_schema_part(scenario, defs);
+    ll_param_schema_part(experiment, defs);
+    return schemas;
 }
 
 /* ---- reading ---- */
