@@ -117,7 +117,9 @@ typedef struct ll_http_route {
 typedef struct ll_http_app {
     const ll_http_route *routes; /* the first match wins */
     int route_count;
-    void *context;     /* of the handlers */
+    void *context; /* of the handlers */
+    /* Whether all that is stored has its stream; if not it answers 503. NULL: it has. */
+    bool (*started)(void *context, const ll_http_request *request, ll_http_response *response);
     const char *shard; /* of this daemon: each request may say ?shard= with it. Empty or NULL: none may */
     struct ll_tasks *tasks; /* for LL_HTTP_TASK */
     /* Called after each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and
