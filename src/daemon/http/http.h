@@ -91,8 +91,6 @@ void ll_http_json(ll_http_response *response, int status,
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text); /* copies it */
 /* For HEAD: headers of an answer whose body was not made; its length is not sent. */
 void ll_http_no_body(ll_http_response *response, const char *type);
-/* Takes ownership of `bytes` (malloc'ed). */
-void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size);
 
 typedef void ll_http_handler(void *context, const ll_http_request *request, ll_http_response *response);
 
