@@ -65,8 +65,9 @@ static void start(void)
     config.max_message_bytes = MESSAGE;
     side.connection_limiter = ll_connection_limiter_new(1000, 1000);
     FUZZ_CHECK(side.connection_limiter != NULL && sem_init(&side.gone, 0, 0) == 0);
-    ll_status status = ll_ws_start(&config, &hooks, side.connection_limiter, &side.ws);
+    ll_status status = ll_ws_start(&config, side.connection_limiter, &side.ws);
     FUZZ_CHECK(!fuzz_failed(&status));
+    ll_ws_set_hooks(side.ws, LL_STREAM_SESSION, &hooks);
     status = ll_ws_stream_open(side.ws, LL_STREAM_SESSION, "s", &side, &side.stream);
     FUZZ_CHECK(!fuzz_failed(&status));
 }

@@ -99,8 +99,9 @@ static void start(void)
     FUZZ_CHECK(side.connection_limiter != NULL);
     ll_status status = ll_proxies_parse("", &side.proxies);
     FUZZ_CHECK(!fuzz_failed(&status));
-    status = ll_ws_start(&config, &hooks, side.connection_limiter, &side.ws);
+    status = ll_ws_start(&config, side.connection_limiter, &side.ws);
     FUZZ_CHECK(!fuzz_failed(&status));
+    ll_ws_set_hooks(side.ws, LL_STREAM_SESSION, &hooks);
     status = ll_ws_stream_open(side.ws, LL_STREAM_SESSION, "s", &side, &side.stream);
     FUZZ_CHECK(!fuzz_failed(&status));
     status = ll_http_start(&config, &app, &side.allow, &side.proxies, side.connection_limiter, side.ws,

@@ -271,12 +271,13 @@ void test_server_open(test_server *f)
                          .closed = on_closed,
                          .wanted = on_wanted,
                          .released = on_released};
-    ll_status status = ll_web_server_open(&f->config, &app, &hooks, &f->web_server);
+    ll_status status = ll_web_server_open(&f->config, &app, &f->web_server);
     if (ll_failed(&status)) {
         fprintf(stderr, "%s\n", status.text);
         abort();
     }
     f->ws = ll_web_server_ws(f->web_server);
+    ll_ws_set_hooks(f->ws, LL_STREAM_SESSION, &hooks);
     f->port = ll_web_server_port(f->web_server);
     for (int s = 0; s < FRONT_SESSIONS; s++) {
         char id[16];

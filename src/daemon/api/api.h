@@ -10,7 +10,6 @@
 
 #include "daemon/hosting/host.h"
 #include "daemon/http/http.h"
-#include "daemon/listener/prometheus.h"
 #include "daemon/listener/web_server.h"
 #include "daemon/store/store.h"
 
@@ -37,7 +36,9 @@ typedef struct ll_api {
     ll_http_route *routes; /* the table with the configured body limit */
     int route_count;
     ll_api_idempotency *idempotency;
-    ll_answered answered;
+    struct { /* answered requests, by class of status: 1xx .. 5xx; 0: any other */
+        _Atomic uint64_t count[6], duration_us[6]; /* durations: sums */
+    } answered;
 } ll_api;
 
 ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,

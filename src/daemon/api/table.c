@@ -256,11 +256,19 @@ void ll_api_end(ll_api *api)
     api->idempotency = NULL;
 }
 
+static void count_answer(ll_api *api, int status, double seconds)
+{
+    int class = status >= 100 && status < 600 ? status / 100 : 0;
+    atomic_fetch_add_explicit(&api->answered.count[class], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&api->answered.duration_us[class], (uint64_t)(seconds * 1e6),
+                              memory_order_relaxed);
+}
+
 void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
                  double seconds)
 {
     ll_api *api = context;
-    ll_answered_count(&api->answered, status, seconds);
+    count_answer(api, status, seconds);
     if (status < 500 ||
         status == 503) /* not 503: a full or stopping daemon is no failure, and /metrics counts it */
         return;

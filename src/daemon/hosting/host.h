@@ -76,11 +76,8 @@ struct ll_tasks;
 ll_status ll_host_create(const ll_host_config *config, ll_store *store, struct ll_tasks *tasks,
                          ll_host **host);
 
-/* Hooks of the streams with their context; before any session is created or found. */
-ll_ws_hooks ll_host_hooks(ll_host *host);
-ll_status
-ll_host_start(ll_host *host,
-              ll_ws *ws); /* opens the streams of stored sessions, starts the workers and the reaper */
+/* Opens the streams of stored sessions, starts the workers and the reaper. */
+ll_status ll_host_start(ll_host *host, ll_ws *ws);
 
 void ll_host_stop(ll_host *host); /* joins the workers; nothing is published afterwards */
 /* Queues the clocks of all sessions; after stop. With `wait`, waits for sessions that are locked; otherwise

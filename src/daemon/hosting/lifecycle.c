@@ -160,7 +160,9 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
 
 ll_status ll_host_start(ll_host *host, ll_ws *ws)
 {
+    ll_ws_hooks hooks = ll_viewers_hooks(host);
     host->ws = ws;
+    ll_ws_set_hooks(ws, LL_STREAM_SESSION, &hooks);
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
              session_entry = session_entry->next_by_id) {

@@ -298,6 +298,7 @@ void ll_session_entry_start_park(ll_session_entry *session_entry);
 
 /* ---- viewers.c ---- */
 
+ll_ws_hooks ll_viewers_hooks(ll_host *host);
 void ll_viewers_send_hellos(
     ll_session_entry *session_entry); /* sends hello messages to new viewers; locked */
 void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall); /* applies their inputs; locked */

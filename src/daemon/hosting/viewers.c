@@ -356,7 +356,7 @@ static void on_released(void *context, void *session)
     ll_session_entry_release(session);
 }
 
-ll_ws_hooks ll_host_hooks(ll_host *host)
+ll_ws_hooks ll_viewers_hooks(ll_host *host)
 {
     return (ll_ws_hooks){.context = host,
                          .opened = on_opened,

@@ -45,7 +45,7 @@ static int inherited_listener(void)
     return meant ? 3 : -1;
 }
 
-static ll_status start(ll_web_server *web_server, const ll_http_app *app, const ll_ws_hooks *hooks)
+static ll_status start(ll_web_server *web_server, const ll_http_app *app)
 {
     const ll_web_server_config *config = &web_server->config;
     ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
@@ -61,7 +61,7 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app, const 
     if (web_server->connection_limiter == NULL) {
         return ll_error(LL_NO_MEMORY, "out of memory: %d connections", (int)config->max_connections);
     }
-    status = ll_ws_start(config, hooks, web_server->connection_limiter, &web_server->ws);
+    status = ll_ws_start(config, web_server->connection_limiter, &web_server->ws);
     if (ll_failed(&status)) {
         return status;
     }
@@ -75,7 +75,7 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app, const 
 }
 
 ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server **result)
+                             ll_web_server **result)
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
     if (web_server == NULL) {
@@ -85,7 +85,7 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
     web_server->allow =
         (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
     set_descriptor_limit(config);
-    ll_status status = start(web_server, app, hooks);
+    ll_status status = start(web_server, app);
     if (ll_failed(&status)) {
         ll_web_server_close(web_server);
         return status;

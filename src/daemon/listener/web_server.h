@@ -6,8 +6,8 @@
  *        +------------- valid upgrade -------> stream threads (ws.h)
  *
  * Start order of a daemon: ll_param_defaults(&ll_web_server_table, &config), set the command line's options,
- * ll_web_server_open (handlers and hooks may run from here on), ll_ws_stream_open for each session. Stop:
- * readyz returns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
+ * ll_web_server_open (handlers may run from here on), ll_ws_set_hooks, ll_ws_stream_open for each session.
+ * Stop: readyz returns 503, ll_web_server_drain, stop publishing workers, ll_web_server_close.
  *
  * Only one thread (main) may call these functions, except those of statistics. */
 #pragma once
@@ -41,7 +41,7 @@ typedef struct ll_web_server_stats {
 
 /* Starts all threads. `routes` must live as long as the web server; `config` is copied. */
 ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
-                             const ll_ws_hooks *hooks, ll_web_server **web_server);
+                             ll_web_server **web_server);
 
 uint16_t ll_web_server_port(const ll_web_server *web_server);
 const char *ll_web_server_address(const ll_web_server *web_server); /* as bound: `127.0.0.1:8080` */

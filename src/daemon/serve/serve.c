@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -18,7 +19,7 @@
 #include "daemon/listener/web_server.h"
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
-#include "daemon/support/process.h"
+#include "daemon/support/memory.h"
 #include "daemon/support/tasks.h"
 #include "library/program.h"
 
@@ -39,6 +40,40 @@ typedef struct daemon_parts {
     sigset_t signals;
     atomic_flag saving; /* set by the first that ends the process: stop() or the forced exit */
 } daemon_parts;
+
+/* ---- the process ---- */
+
+/* Those that end it. */
+static void ending_signals(sigset_t *signals)
+{
+    sigemptyset(signals);
+    sigaddset(signals, SIGTERM);
+    sigaddset(signals, SIGINT);
+    sigaddset(signals, SIGHUP);
+}
+
+/* Before the first thread, which inherits what is blocked: `signals` gets the ending ones, which main waits
+ * for. */
+static void prepare_process(sigset_t *signals)
+{
+    ll_memory_prepare();
+    umask(077); /* a session's id permits reading it, so files are readable by their owner only */
+    signal(SIGPIPE, SIG_IGN);
+    /* A file that may not grow is reported as an error of the store, like a full disk. */
+    signal(SIGXFSZ, SIG_IGN);
+    ending_signals(signals);
+    pthread_sigmask(SIG_BLOCK, signals, NULL);
+    struct rlimit files;
+    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
+        files.rlim_cur = files.rlim_max;
+        setrlimit(RLIMIT_NOFILE, &files);
+    }
+}
+
+static const char *signal_name(int ending)
+{
+    return ending == SIGTERM ? "SIGTERM" : ending == SIGINT ? "SIGINT" : "SIGHUP";
+}
 
 static int print_error(const ll_status *status, int exit_status)
 {
@@ -125,8 +160,7 @@ static ll_status start(daemon_parts *d)
         .tasks = d->tasks,
         .done = ll_api_done,
     };
-    ll_ws_hooks hooks = ll_host_hooks(d->host);
-    LL_TRY(ll_web_server_open(&d->web_server_config, &app, &hooks, &d->web_server));
+    LL_TRY(ll_web_server_open(&d->web_server_config, &app, &d->web_server));
     atomic_store(&d->api.web_server, d->web_server);
     status = ll_experiments_open_streams(d->experiments, ll_web_server_ws(d->web_server));
     LL_THEN(status, ll_host_start(d->host, ll_web_server_ws(d->web_server)));
@@ -144,7 +178,7 @@ static void *exit_at_once(void *argument)
     (void)argument;
     sigset_t signals;
     int got;
-    ll_process_ending(&signals);
+    ending_signals(&signals);
     sigwait(&signals, &got);
     _exit(1);
 }
@@ -172,7 +206,7 @@ static void wait_for_end(daemon_parts *d)
     int got = 0;
     sigwait(&d->signals, &got);
     atomic_store(&d->api.phase, LL_API_DRAINING);
-    ll_log_write("info", "stopping", "Signal: %s.", ll_process_signal_name(got));
+    ll_log_write("info", "stopping", "Signal: %s.", signal_name(got));
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
@@ -218,7 +252,7 @@ int ll_serve(const ll_serve_config *config)
     default_folder(d->web_server_config.www, sizeof d->web_server_config.www, "www");
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");
-    ll_process_prepare(&d->signals);
+    prepare_process(&d->signals);
     ll_status status = start(d);
     if (ll_failed(&status)) {
         stop(d);

@@ -192,8 +192,8 @@ static bool start_thread(ll_ws *ws, int index)
     return thread->started;
 }
 
-ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hooks,
-                      ll_connection_limiter *connection_limiter, ll_ws **result)
+ll_status ll_ws_start(const ll_web_server_config *config, ll_connection_limiter *connection_limiter,
+                      ll_ws **result)
 {
     int threads = (int)config->stream_threads;
     ll_ws *ws = calloc(1, sizeof *ws + (size_t)threads * sizeof(ws_thread));
@@ -201,7 +201,6 @@ ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hoo
         return ll_error(LL_NO_MEMORY, "out of memory: streams");
     }
     ws->config = *config;
-    ws->hooks[LL_STREAM_SESSION] = *hooks;
     ws->connection_limiter = connection_limiter;
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);

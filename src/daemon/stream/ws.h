@@ -73,8 +73,7 @@ typedef struct ll_ws_stats {
 
 /* ---- streams ---- */
 
-/* Sets the hooks of streams of a kind, before the first of them is opened. Those of sessions are set by the
- * web server. */
+/* Sets the hooks of streams of a kind, before the first of them is opened. */
 void ll_ws_set_hooks(ll_ws *ws, ll_stream_kind kind, const ll_ws_hooks *hooks);
 
 /* Opens a stream under its path (upgrade.h). ID: 1 to 64 characters of [A-Za-z0-9_-]. LL_CONFLICT when it is
@@ -133,7 +132,7 @@ struct ll_web_server_config;
 struct ll_connection_limiter;
 struct ll_connection_limiter_pass;
 
-ll_status ll_ws_start(const struct ll_web_server_config *config, const ll_ws_hooks *hooks,
+ll_status ll_ws_start(const struct ll_web_server_config *config,
                       struct ll_connection_limiter *connection_limiter, ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade); /* whether the stream is open */
 

@@ -278,19 +278,18 @@ static void test_listen(void **state)
     test_server_prepare(&second);
     snprintf(second.config.listen, sizeof second.config.listen, "127.0.0.1:%u", f.port);
     ll_http_app app = {0};
-    ll_ws_hooks hooks = {0};
-    ll_status status = ll_web_server_open(&second.config, &app, &hooks, &second.web_server);
+    ll_status status = ll_web_server_open(&second.config, &app, &second.web_server);
     assert_int_equal(status.code, LL_IO);
     static const char *const wrong[] = {"127.0.0.1", "127.0.0.1:",   "127.0.0.1:99999",
                                         "::1:80",    "127.0.0.1:8x", "nowhere.invalid:1"};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         snprintf(second.config.listen, sizeof second.config.listen, "%s", wrong[i]);
-        status = ll_web_server_open(&second.config, &app, &hooks, &second.web_server);
+        status = ll_web_server_open(&second.config, &app, &second.web_server);
         assert_int_equal(status.code, LL_BAD_INPUT);
         assert_string_equal(status.field, "listen");
     }
     snprintf(second.config.listen, sizeof second.config.listen, "[::1]:0");
-    status = ll_web_server_open(&second.config, &app, &hooks, &second.web_server);
+    status = ll_web_server_open(&second.config, &app, &second.web_server);
     if (!ll_failed(&status)) { /* there may be no IPv6 here */
         assert_memory_equal(ll_web_server_address(second.web_server), "[::1]:", 6);
         ll_web_server_close(second.web_server);
