@@ -6,7 +6,7 @@ ARG BASE=docker.io/library/debian:bookworm-slim@sha256:abd67ffcfa541b485a3dff598
 FROM ${BASE} AS build
 RUN apt-get update \
     && apt-get install -y --no-install-recommends gcc libc6-dev cmake ninja-build pkg-config nodejs npm python3 ca-certificates \
-        libmicrohttpd-dev libcjson-dev libsqlite3-dev libpq-dev libssl-dev zlib1g-dev libarchive-dev \
+        libmicrohttpd-dev libcjson-dev libsqlite3-dev libssl-dev zlib1g-dev \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /laglab
 # Node has authorities of its own; these are the base's, with those that an own network needs.
@@ -18,23 +18,21 @@ COPY . .
 RUN ./dev release \
     && mkdir /out \
     && strip -o /out/laglab build/profiled/laglab \
-    && cp -r build/profiled/www build/profiled/scenarios build/profiled/api LICENSE /out/ \
-    && cp /usr/share/doc/libarchive-dev/copyright /out/LICENSE.libarchive
+    && cp -r build/profiled/www build/profiled/scenarios build/profiled/api LICENSE /out/
 
 FROM ${BASE} AS runtime
 RUN apt-get update \
     && apt-get upgrade -y \
-    && apt-get install -y --no-install-recommends libmicrohttpd12 libcjson1 libsqlite3-0 libpq5 libssl3 zlib1g \
+    && apt-get install -y --no-install-recommends libmicrohttpd12 libcjson1 libsqlite3-0 libssl3 zlib1g \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/* /var/log/* \
     && install -d -o 10001 -g 10001 /data
 
-# What is in the image: Debian's packages, what of Debian is linked into the binary, and the page's libraries by the checksums that npm held them against.
+# What is in the image: Debian's packages, and the page's libraries by the checksums that npm held them against.
 FROM runtime AS packages
 RUN dpkg-query -W -f '${binary:Package}\t${Version}\t${Architecture}\t${source:Package}\t${source:Version}\n' > /packages.tsv
 FROM build AS sbom
 COPY --from=packages /packages.tsv /packages.tsv
-RUN dpkg-query -W -f '${binary:Package}\t${Version}\t${Architecture}\t${source:Package}\t${source:Version}\n' libarchive-dev > /linked.tsv \
-    && node deploy/sbom.mjs /packages.tsv /linked.tsv > /sbom.spdx.json
+RUN node deploy/sbom.mjs /packages.tsv > /sbom.spdx.json
 
 FROM runtime
 # The binary finds www, scenarios and api beside itself.

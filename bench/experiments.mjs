@@ -1,7 +1,7 @@
-// Sweeps: what a second worker brings, what the store costs, how fast rows leave it, and a large sweep in little memory.
+// Sweeps: what a second thread brings, what the store costs, and a large sweep in little memory.
 // Wall time is what a person waits; CPU time does not depend on other load.
 import { spawn } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { cpus, tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { build, digits, interleave, laglab, median, printTable, range, run, say, writeCsv } from './lib.mjs';
@@ -82,7 +82,7 @@ const duration_s = Math.round((60 * RUN_MS) / (tried.cpu_s * 100));
 const runs = quick ? 200 : 1000;
 const steady = write('steady.json', race(duration_s, runs / 10));
 
-// ---- workers, and the store ----
+// ---- threads, and the store ----
 
 const ways = ['bare runs', 'one job', 'two jobs'];
 const taken = await interleave(rounds, ways, async (way, round) => {
@@ -117,17 +117,8 @@ const points = write('points.json', {
   repeats: many / 10,
   metrics: ['methods.0.e_max', 'methods.0.e_final', 'methods.0.evaluations'],
 });
-const store = ['--store', `sqlite:${file('many.db')}`, '--jobs', String(Math.min(2, cpus().length))];
-const filled = await sweep(points, ...store, '--out', file('many.csv'));
+const filled = await sweep(points, '--jobs', String(Math.min(2, cpus().length)), '--out', file('many.csv'));
 note('runs and stores', 0, { runs: many, ...filled });
-const exported = await interleave(quick ? 2 : 5, ['export'], async (_, round) => {
-  const result = await sweep(points, ...store, '--out', file('many.csv')); // all rows are there: it only writes them
-  note('export as CSV', round, { runs: many, ...result });
-  return result;
-});
-const exportWall = exported.get('export').map((r) => r.wall_s),
-  exportCpu = exported.get('export').map((r) => r.cpu_s);
-const bytes = statSync(file('many.csv')).size;
 
 // ---- a large sweep ----
 
@@ -140,12 +131,6 @@ printTable('rows and memory', [
     'wall s': digits(filled.wall_s),
     'CPU s': digits(filled.cpu_s),
     'peak MiB': digits(filled.peak_mib),
-  },
-  {
-    what: `export ${many} rows as CSV (${digits(bytes / 2 ** 20)} MiB)`,
-    'wall s': show(exportWall),
-    'CPU s': show(exportCpu),
-    'peak MiB': digits(Math.max(...exported.get('export').map((r) => r.peak_mib))),
   },
   {
     what: `${races} races of 10 s, two jobs`,
@@ -161,11 +146,6 @@ say(
     `by CPU time, as two free cores would give: ${show(gainCpu)}`,
 );
 say(`what the store adds to runs of ${RUN_MS} ms, wall: ${show(over)} %: ${verdict(median(over) < 2)}; CPU: ${show(overCpu)} %`);
-const ofMillion = exportWall.map((s) => (s * 1e6) / many);
-say(
-  `1000000 rows as CSV within 5 s: ${show(ofMillion)} s${many < 1e6 ? `, from ${many}` : ''}: ` +
-    verdict((median(exportWall) * 1e6) / many <= 5),
-);
 say(
   `100000 races of 10 s in minutes: ${digits((large.wall_s * 1e5) / races / 60)} min${races < 1e5 ? `, from ${races}` : ''}; ` +
     `in at most 64 MiB: ${digits(large.peak_mib)} MiB: ${verdict(large.peak_mib <= 64)}`,

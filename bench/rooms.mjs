@@ -20,7 +20,6 @@ export const ROOMS = {
   proxies: DAEMON,
   hostile: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
-  chaos: [...GAME, 'ode', 'library', 'experiment'],
   shards: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,

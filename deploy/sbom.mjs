@@ -1,7 +1,6 @@
-// The image's bill of materials, SPDX 2.3 as JSON: node deploy/sbom.mjs PACKAGES.tsv LINKED.tsv > sbom.spdx.json
-// PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version; LINKED.tsv the same of
-// packages of the build whose code is in the binary. The page's libraries are those of package-lock.json that are no tools of the tests or of
-// the build, with the checksums that `npm ci` holds them against.
+// The image's bill of materials, SPDX 2.3 as JSON: node deploy/sbom.mjs PACKAGES.tsv > sbom.spdx.json
+// PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version. The page's
+// libraries are those of package-lock.json that are no tools of the tests or of the build, with the checksums that `npm ci` holds them against.
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -16,8 +15,8 @@ const purl = (/** @type {string} */ locator) => [
 ];
 const unknown = { filesAnalyzed: false, licenseConcluded: 'NOASSERTION', copyrightText: 'NOASSERTION' };
 
-/** @param {string} tsv of dpkg-query @param {any} lock package-lock.json @param {string} created ISO 8601 @param {string} linked as tsv */
-export function sbom(tsv, lock, created, linked = '') {
+/** @param {string} tsv of dpkg-query @param {any} lock package-lock.json @param {string} created ISO 8601 */
+export function sbom(tsv, lock, created) {
   const own = {
     SPDXID: id('laglab'),
     name: 'laglab',
@@ -27,30 +26,27 @@ export function sbom(tsv, lock, created, linked = '') {
     licenseDeclared: 'MIT',
     primaryPackagePurpose: 'APPLICATION',
   };
-  const packagesOf = (/** @type {string} */ text) =>
-    text
-      .split('\n')
-      .filter(Boolean)
-      .map((line) => {
-        const [name, version, architecture, source, source_version] = line.split('\t'),
-          bare = name.replace(/:.*/, '');
-        const more = source && source !== bare ? `&upstream=${encodeURIComponent(`${source}@${source_version}`)}` : '';
-        return {
-          SPDXID: id('deb', bare, architecture),
-          name: bare,
-          versionInfo: version,
-          supplier: 'Organization: Debian',
-          downloadLocation: 'NOASSERTION',
-          ...unknown,
-          licenseDeclared: 'NOASSERTION',
-          sourceInfo: `built from ${source || bare} ${source_version || version}`,
-          externalRefs: purl(
-            `pkg:deb/debian/${encodeURIComponent(bare)}@${encodeURIComponent(version)}?arch=${architecture}&distro=debian-12${more}`,
-          ),
-        };
-      });
-  const debian = packagesOf(tsv),
-    within = packagesOf(linked);
+  const debian = tsv
+    .split('\n')
+    .filter(Boolean)
+    .map((line) => {
+      const [name, version, architecture, source, source_version] = line.split('\t'),
+        bare = name.replace(/:.*/, '');
+      const more = source && source !== bare ? `&upstream=${encodeURIComponent(`${source}@${source_version}`)}` : '';
+      return {
+        SPDXID: id('deb', bare, architecture),
+        name: bare,
+        versionInfo: version,
+        supplier: 'Organization: Debian',
+        downloadLocation: 'NOASSERTION',
+        ...unknown,
+        licenseDeclared: 'NOASSERTION',
+        sourceInfo: `built from ${source || bare} ${source_version || version}`,
+        externalRefs: purl(
+          `pkg:deb/debian/${encodeURIComponent(bare)}@${encodeURIComponent(version)}?arch=${architecture}&distro=debian-12${more}`,
+        ),
+      };
+    });
   const npm = Object.entries(lock.packages)
     .filter(([place, one]) => place !== '' && !(one.dev || one.optional || one.devOptional))
     .map(([place, one]) => {
@@ -68,39 +64,28 @@ export function sbom(tsv, lock, created, linked = '') {
       };
     });
   const parts = [...debian, ...npm];
-  const toOwn = (/** @type {string} */ relationshipType) => (/** @type {{SPDXID: string}} */ part) => ({
-    spdxElementId: own.SPDXID,
-    relationshipType,
-    relatedSpdxElement: part.SPDXID,
-  });
   return {
     spdxVersion: 'SPDX-2.3',
     dataLicense: 'CC0-1.0',
     SPDXID: 'SPDXRef-DOCUMENT',
     name: `laglab-${lock.version}-image`,
-    documentNamespace: `https://spdx.org/spdxdocs/laglab-${lock.version}-${hex(tsv + linked + JSON.stringify(lock)).slice(0, 32)}`,
+    documentNamespace: `https://spdx.org/spdxdocs/laglab-${lock.version}-${hex(tsv + JSON.stringify(lock)).slice(0, 32)}`,
     creationInfo: { created, creators: ['Tool: laglab-deploy/sbom.mjs'] },
-    packages: [own, ...parts, ...within],
+    packages: [own, ...parts],
     relationships: [
       { spdxElementId: 'SPDXRef-DOCUMENT', relationshipType: 'DESCRIBES', relatedSpdxElement: own.SPDXID },
-      ...parts.map(toOwn('DEPENDS_ON')),
-      ...within.map(toOwn('STATIC_LINK')),
+      ...parts.map((part) => ({ spdxElementId: own.SPDXID, relationshipType: 'DEPENDS_ON', relatedSpdxElement: part.SPDXID })),
     ],
   };
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
-  const [, , packages = '', linked = ''] = process.argv,
+  const [, , packages = ''] = process.argv,
     epoch = process.env.SOURCE_DATE_EPOCH,
     now = epoch ? new Date(1000 * Number(epoch)) : new Date();
   console.log(
     JSON.stringify(
-      sbom(
-        readFileSync(packages, 'utf8'),
-        JSON.parse(read('package-lock.json')),
-        now.toISOString().replace(/\.\d+Z$/, 'Z'),
-        readFileSync(linked, 'utf8'),
-      ),
+      sbom(readFileSync(packages, 'utf8'), JSON.parse(read('package-lock.json')), now.toISOString().replace(/\.\d+Z$/, 'Z')),
       null,
       1,
     ),

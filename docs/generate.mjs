@@ -664,7 +664,7 @@ const RESULTS = [
   },
   {
     name: 'experiments',
-    title: 'Experiments: jobs, store, export, a large sweep',
+    title: 'Experiments: jobs, store, a large sweep',
     by: ['measured', 'runs'],
     columns: [
       ['Wall, s', 'wall_s', spread],
@@ -901,40 +901,6 @@ function killsDoc() {
   );
 }
 
-/** An experiment over PostgreSQL with everything killed. */
-function chaosDoc() {
-  return held('chaos', 'bench/run chaos', (rows) =>
-    table(
-      [
-        'Runs',
-        'Workers killed',
-        'Waiting process killed',
-        'Server crashed',
-        'Workers frozen',
-        'Chunks tried again',
-        'Lost',
-        'Doubled',
-        'Same bytes as undisturbed',
-        'Rows/s',
-        'Rows/s undisturbed, SQLite',
-      ],
-      rows.map((row) => [
-        whole(row.runs),
-        row.worker_killed,
-        row.waiting_process_killed,
-        row.server_crashed,
-        row.worker_frozen_beyond_its_lease,
-        `${row.chunks_tried_again} of ${whole(row.chunks)}`,
-        row.lost,
-        row.doubled,
-        row.same === 'true' ? 'yes' : 'no',
-        whole(row.rows_per_s),
-        whole(row.undisturbed_rows_per_s),
-      ]),
-    ),
-  );
-}
-
 /** What one daemon carries, and what became of shards that were disturbed. */
 function scaleDoc() {
   const middle = (/** @type {any[]} */ rows, /** @type {string} */ name) => {
@@ -1118,7 +1084,6 @@ export function generate(binary) {
       'docs/trust.md',
       filled('docs/trust.md', {
         kills: killsDoc(),
-        chaos: chaosDoc(),
         soak: soakDoc(),
         rests: restsDoc(),
         fuzz: fuzzDoc(),

@@ -20,31 +20,19 @@ static const struct {
      "[--workload LOG] [--record-inputs FILE] [--link-trace PATH=FILE]... [--text]",
      "run a scenario as fast as it goes and print its metrics", ll_verb_run},
     {"sweep",
-     "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
-     "[--shard I/N|auto] [--report FILE.html] [--archive FILE.tar] [--traces DIR] [--dry-run]",
+     "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] "
+     "[--shard I/N|auto] [--report FILE.html] [--traces DIR] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
     {"advise",
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
      "[--set path=value]... [--repeats N] [--workload LOG]",
      "find the cheapest setting whose error stays within a limit", ll_verb_advise},
-    {"worker", "--store URL [--experiment ID] [--drain] [--jobs N] [--lease-s N]",
-     "work on the experiments of a store, beside workers on other machines", ll_verb_worker},
-    {"submit", "EXPERIMENT --engine slurm --store URL [-n N] [--jobs N] [--print]",
-     "start workers on a cluster", ll_verb_submit},
-    {"store", "list|show ID|pause ID...|resume ID...|delete ID...|import FOLDER [--store URL] [--force]",
-     "look at the experiments of a store, pause, resume and delete them; copy the sessions of a daemon's "
-     "folder into one",
-     ll_verb_store},
     {"merge",
      "EXPERIMENT SHARD.csv... [--out FILE] [--format NAME] [--points] [--compare POINT] [--sensitivity] "
      "[--report FILE.html]",
      "put the rows of shards together; gives what sweep gives", ll_verb_merge},
     {"reproduce", "EXPERIMENT RESULTS [--rows N]",
      "make rows of a sweep's results again; exit 1 where one differs", ll_verb_reproduce},
-    {"export", "ARCHIVE.tar --store URL [--experiment ID] [--container sha256:DIGEST]",
-     "write an experiment of a store as one file: specification, rows, report, digests", ll_verb_export},
-    {"verify", "ARCHIVE.tar [--rows N] [--all] [--seed N] [--any-version]",
-     "check such a file and run rows again; exit 1 where something differs", ll_verb_verify},
     {"link-trace", "FILE", "print a measured link's trace, Mahimahi or CSV, as a profile of a scenario",
      ll_verb_link_trace},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", ll_verb_replay},

@@ -382,12 +382,6 @@ export class Experiment {
     return this.daemon.request('GET', `experiments/${this.id}/report`, { accept: 'text/html' });
   }
 
-  /** The whole experiment as one tar file, which `laglab verify` checks on any machine. All runs must be done.
-   * @param {{container?: string}} [wish] digest of the image that made the rows, as sha256:... @returns {Promise<Uint8Array>} */
-  archive(wish) {
-    return this.daemon.bytes('GET', `experiments/${this.id}/archive`, { query: wish, accept: 'application/x-tar' });
-  }
-
   /** One run as a live session, paused at its start. @param {number} run @returns {Promise<Session>} */
   async open(run) {
     return this.daemon.session(await this.daemon.json('GET', `experiments/${this.id}/runs/${run}`));

@@ -1,7 +1,7 @@
 // Experiments of the daemon: made, watched, paused, resumed after a crash, and read in every format.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { execFile, spawnSync } from 'node:child_process';
+import { execFile, execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -226,6 +226,39 @@ test('pause holds it, resume lets it go on, cancel keeps its rows', async () => 
   const rows = (await c.get(`${E}/${made.id}/results`)).text.split('\r\n').length - 2;
   assert.ok(rows >= held.done);
   assert.equal((await c.call('DELETE', `${E}/${made.id}`, { key: made.owner_key })).status, 204);
+});
+
+test('an experiment of another version is left alone by a daemon, which names both versions', async (t) => {
+  const other = '0.0.9+0123456789ab',
+    own = spawnSync(BINARY, ['--version'], { encoding: 'utf8' }).stdout.trim().split(' ')[1],
+    data = mkdtempSync(path.join(tmpdir(), 'laglab-experiments-'));
+  const sql = (/** @type {string} */ text) =>
+    execFileSync('sqlite3', [path.join(data, 'experiments.db'), text], { encoding: 'utf8' }).trim();
+  const namesVersions = (/** @type {string} */ text) => {
+    for (const words of [other, own, 'run the experiment again']) assert.ok(text.includes(words), text);
+  };
+  const first = await startDaemon({ data, args: ['--threads', '1'] }),
+    one = client(first.url);
+  t.after(() => rmSync(data, { recursive: true, force: true }));
+  const made = (await one.call('POST', E, { body: experiment(4000) })).json;
+  await waitFor(async () => (await state(made.id, one)).done > 0, 'the first rows', 20000);
+  const before = await state(made.id, one);
+  assert.deepEqual([before.version, before.held_back], [own, null]);
+  one.close();
+  await first.stop();
+  const rows = sql(`UPDATE experiment SET version='${other}'; SELECT count(*) FROM result`);
+  const second = await startDaemon({ data, args: ['--threads', '1'] }),
+    c = client(second.url);
+  t.after(() => second.stop());
+  t.after(() => c.close());
+  assert.equal((await state(made.id, c)).state, 'running');
+  namesVersions((await state(made.id, c)).held_back);
+  const refused = await c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op: 'resume' } });
+  assert.equal(refused.status, 409);
+  namesVersions(refused.json.detail);
+  const table = (await c.get(made.links.results)).text.split('\r\n').slice(1, -1);
+  assert.equal(table.length, Number(rows), 'it added none');
+  assert.ok(table.every((row) => row.endsWith(`,${other}`)));
 });
 
 test('what a killed daemon had begun, the next one finishes: every row once', async () => {

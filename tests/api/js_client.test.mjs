@@ -147,9 +147,6 @@ test('an experiment reports its progress, and its rows are those of a sweep', as
   );
   assert.equal((await experiment.table({ points: true })).length, 2);
   assert.match(await experiment.report(), /<svg/);
-  const file = path.join(daemon.data, 'order.tar');
-  writeFileSync(file, await experiment.archive());
-  assert.equal(JSON.parse((await run(BINARY, ['verify', file, '--all'])).stdout).equal, 8);
   const session = await experiment.open(3);
   assert.equal((await session.info()).tick, 0);
   await session.delete();
@@ -176,24 +173,6 @@ test('what is wrong is said before a request, or by the daemon', async () => {
   await cancelled.control('cancel');
   await assert.rejects(cancelled.wait(), /the experiment is cancelled/);
   await cancelled.delete();
-});
-
-test('a package without types, as it is where nothing makes them, does not name any', async () => {
-  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-pack-'));
-  try {
-    await run('python3', [path.join(ROOT, 'clients/js/pack.py'), folder]);
-    const tar = async (/** @type {string[]} */ ...args) => (await run('tar', [...args], { cwd: folder })).stdout;
-    const names = (await tar('-tzf', 'laglab-0.2.0.tgz')).trim().split('\n');
-    assert.ok(names.includes('package/clients/js/laglab.js'));
-    assert.deepEqual(
-      names.filter((name) => name.endsWith('.d.ts')),
-      [],
-    );
-    const { exports } = JSON.parse(await tar('-xOzf', 'laglab-0.2.0.tgz', 'package/package.json'));
-    assert.deepEqual(exports, { '.': { default: './clients/js/laglab.js' } });
-  } finally {
-    rmSync(folder, { recursive: true });
-  }
 });
 
 test('the package that a daemon serves is installed by npm, offline, and has types', async () => {

@@ -29,7 +29,6 @@ const UNPROVOKED = new Map([
   ['get /api/v1/experiments 507', 'as above'],
   ['get /api/v1/experiments/{id}/results 507', 'as above'],
   ['get /api/v1/experiments/{id}/report 507', 'as above'],
-  ['get /api/v1/experiments/{id}/archive 507', 'as above'],
   ['get /api/v1/experiments/{id}/runs/{run} 507', 'as above'],
   ['get /api/v1/experiments/{id}/runs/{run}/trace 507', 'as above'],
   ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
@@ -280,7 +279,7 @@ test('experiments', async () => {
   for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
     await call('get', `${X}/results`, { id }, 200, { headers: { accept: type } });
   await call('get', `${X}/report`, { id }, 200);
-  for (const path of [`${X}/results`, `${X}/report`, `${X}/archive`, `${X}/runs/{run}/trace`]) {
+  for (const path of [`${X}/results`, `${X}/report`, `${X}/runs/{run}/trace`]) {
     const { etag } = (await call('get', path, { id, run: 1 }, 200)).headers;
     await call('get', path, { id, run: 1 }, 304, { headers: { 'if-none-match': etag } });
     await call('get', path, { id, run: 1 }, 206, { headers: { range: 'bytes=0-9' } });
@@ -312,8 +311,6 @@ test('experiments', async () => {
   const long = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
   for (const op of ['pause', 'resume', 'cancel'])
     await call('post', `${X}/control`, { id: long.id }, 200, { key: long.owner_key, body: { op } });
-  await call('get', `${X}/archive`, { id: long.id }, 409);
-  await call('get', `${X}/archive`, { id }, 400, { query: '?container=latest' });
   for (const [method, path, body] of /** @type {[string, string, any][]} */ ([
     ['post', `${X}/control`, { op: 'pause' }],
     ['delete', X, undefined],
@@ -325,7 +322,7 @@ test('experiments', async () => {
   await call('post', `${X}/control`, { id }, 400, { key, body: { op: 'stop' } });
   await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
-  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/archive`, `${X}/runs/{run}`, `${X}/runs/{run}/trace`])
+  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`, `${X}/runs/{run}/trace`])
     await call('get', path, { id: NOBODY, run: 0 }, 404);
   const A = '/api/v1/advise',
     question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };

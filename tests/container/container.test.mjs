@@ -95,10 +95,7 @@ test('every format of results, report, trace and search is answered from it', as
     assert.match(answer.text, begin);
     assert.ok(answer.text.length > 1000, format);
   }
-  for (const place of [
-    `${X}/${id}/results?points=true&format=csv`,
-    ...['report', 'archive', 'runs/3/trace'].map((part) => `${X}/${id}/${part}`),
-  ])
+  for (const place of [`${X}/${id}/results?points=true&format=csv`, ...['report', 'runs/3/trace'].map((part) => `${X}/${id}/${part}`)])
     assert.equal((await c.get(place)).status, 200, place);
   const advice = await c.call('POST', '/api/v1/advise', { body: { experiment: order, max_error: 10 } });
   assert.equal(advice.status, 202, advice.text);
@@ -118,14 +115,7 @@ test("its bill of materials has every package of the image, and the page's libra
   const bill = JSON.parse(podman('exec', 'laglab', 'cat', '/opt/laglab/sbom.spdx.json'));
   const there = podman('exec', 'laglab', 'dpkg-query', '-W', '-f', '${Package} ${Version}\n').trim().split('\n').sort();
   const purl = (/** @type {any} */ one) => one.externalRefs?.[0].referenceLocator ?? '';
-  const linked = bill.relationships.filter((/** @type {any} */ one) => one.relationshipType === 'STATIC_LINK');
-  assert.deepEqual(
-    linked.map((/** @type {any} */ one) => one.relatedSpdxElement),
-    ['SPDXRef-deb-libarchive-dev-amd64'],
-  );
-  const debian = bill.packages.filter(
-    (/** @type {any} */ one) => purl(one).startsWith('pkg:deb/') && one.SPDXID !== linked[0].relatedSpdxElement,
-  );
+  const debian = bill.packages.filter((/** @type {any} */ one) => purl(one).startsWith('pkg:deb/'));
   assert.deepEqual(debian.map((/** @type {any} */ one) => `${one.name} ${one.versionInfo}`).sort(), there);
   for (const name of ['libmicrohttpd12', 'zlib1g', 'libssl3'])
     assert.ok(

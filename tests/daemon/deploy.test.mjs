@@ -242,8 +242,7 @@ test('the bill of materials is SPDX with every package once', () => {
     'adduser\t3.134\tall\tadduser\t3.134',
     'libstdc++6:amd64\t12.2.0-14\tamd64\tgcc-12\t12.2.0-14',
   ];
-  const linked = 'libarchive-dev:amd64\t3.6.2-1+deb12u5\tamd64\tlibarchive\t3.6.2-1+deb12u5\n';
-  const bill = sbom(`${rows.join('\n')}\n`, lock, '2026-11-23T00:00:00Z', linked);
+  const bill = sbom(`${rows.join('\n')}\n`, lock, '2026-11-23T00:00:00Z');
   assert.deepEqual(
     [bill.spdxVersion, bill.dataLicense, bill.SPDXID, bill.creationInfo.created],
     ['SPDX-2.3', 'CC0-1.0', 'SPDXRef-DOCUMENT', '2026-11-23T00:00:00Z'],
@@ -265,12 +264,7 @@ test('the bill of materials is SPDX with every package once', () => {
   assert.ok(!('playwright-core' in by_name), 'tools of the tests are not in the image');
   for (const { spdxElementId, relatedSpdxElement } of bill.relationships)
     for (const one of [spdxElementId, relatedSpdxElement]) assert.ok(one === 'SPDXRef-DOCUMENT' || ids.includes(one), one);
-  const related = (/** @type {string} */ type) => bill.relationships.filter((one) => one.relationshipType === type);
-  assert.equal(related('DEPENDS_ON').length, ids.length - 2);
-  assert.deepEqual(
-    related('STATIC_LINK').map((one) => one.relatedSpdxElement),
-    [by_name['libarchive-dev'].SPDXID],
-  );
+  assert.equal(bill.relationships.filter((one) => one.relationshipType === 'DEPENDS_ON').length, ids.length - 1);
 });
 
 test('the image is built on a base that is pinned, and its two stages on the same', () => {

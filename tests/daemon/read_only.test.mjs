@@ -31,7 +31,7 @@ async function ask(data) {
       if (format === 'sqlite') assert.match(answer.text, /^SQLite format 3/);
       if (format === 'csv') assert.equal(answer.text.trim().split('\r\n').length, 31);
     }
-    for (const part of ['report', 'archive', 'runs/3/trace', 'runs/3/trace?of=packets&format=parquet']) {
+    for (const part of ['report', 'runs/3/trace', 'runs/3/trace?of=packets&format=parquet']) {
       const answer = await c.get(`${X}/${id}/${part}`);
       assert.equal(answer.status, 200, `${part}: ${answer.text.slice(0, 300)}`);
       assert.ok(answer.text.length > 1000, part);

@@ -612,7 +612,6 @@ export class Explorer {
           query: `?format=${d.pick(FORMATS)}${d.pick(OF_POINTS)}`,
         }),
       () => this.call('get', `${at}/report`, x),
-      () => this.archive(x),
       () => this.call('get', `${at}/runs/{run}`, { ...x, run: run_ }),
       () =>
         this.call(
@@ -626,12 +625,6 @@ export class Explorer {
       () => this.sameAsRun(x),
       () => this.sameAsRun(x),
     ])();
-  }
-
-  async archive(x) {
-    const answer = await this.call('get', `${X}/{id}/archive`, x);
-    if (answer.status !== 200) return;
-    await this.call('get', `${X}/{id}/archive`, x, { query: `?container=sha256:${'0a'.repeat(32)}` });
   }
 
   /** A session of a run's scenario ends in the state that the run's row has. */

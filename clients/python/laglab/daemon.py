@@ -292,14 +292,6 @@ class Experiment:
         """A standalone page with plots and tables."""
         return self.daemon.request("GET", f"experiments/{self.id}/report", accept="text/html").decode()
 
-    def archive(self, path: str | os.PathLike[str], *, container: str | None = None) -> pathlib.Path:
-        """Writes the whole experiment as one tar file, which `laglab verify` checks on any machine. All runs must be done.
-        `container`: digest of the image that made the rows, as sha256:..."""
-        target = pathlib.Path(path)
-        query = {"container": container}
-        target.write_bytes(self.daemon.request("GET", f"experiments/{self.id}/archive", query=query, accept="application/x-tar"))
-        return target
-
     def open(self, run: int) -> Session:
         """One run as a live session, paused at its start."""
         return self.daemon.session(self.daemon.json("GET", f"experiments/{self.id}/runs/{run}"))

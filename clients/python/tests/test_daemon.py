@@ -1,6 +1,5 @@
 """Sessions, streams and experiments on a daemon of its own."""
 
-import json
 import os
 import re
 import subprocess
@@ -100,9 +99,6 @@ class WithDaemon(unittest.TestCase):
         self.assertEqual(column(rows, "hash"), column(local, "hash"))
         self.assertEqual(len(made.table(points=True)), 2)
         self.assertIn("<svg", made.report())
-        kept = made.archive(os.path.join(self.folder.name, "lag.tar"))
-        checked = subprocess.run([PROGRAM, "verify", str(kept), "--all"], capture_output=True, text=True)
-        self.assertEqual((checked.returncode, json.loads(checked.stdout)["equal"]), (0, 8), checked.stderr)
         with made.open(3) as session:
             self.assertEqual(session.info()["tick"], 0)
         made.delete()

@@ -13,25 +13,19 @@
 #include "cli/experiments/results.h"
 #include "cli/input.h"
 #include "cli/verbs.h"
-#include "experiment/archive/archive.h"
 #include "experiment/run/traces.h"
 #include "experiment/run/work.h"
 #include "experiment/spec/shard.h"
 #include "experiment/spec/until.h"
 
-/* A store of this process has no other workers, so that its leases need not expire, however long a run
- * takes. */
-#define OWN_LEASE_S 1e6
-#define SHARED_LEASE_S 60
-
 typedef struct sweep {
     ll_results results;
-    const char *jobs, *store_url, *shard, *scenarios, *traces, *archive, *container;
+    const char *jobs, *shard, *scenarios, *traces;
     bool dry_run, anew;
     ll_experiment *experiment;
     ll_result_store *store;
     char id[LL_EXPERIMENT_ID_MAX + 1];
-    char own_store[4096]; /* next to the output, deleted when that is written; empty when a store was given */
+    char own_store[4096]; /* next to the output, deleted when that is written; empty: in memory */
     int64_t threads, from, to;
 } sweep;
 
@@ -52,26 +46,18 @@ static ll_status dry_run(const sweep *s)
     printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
            ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
            s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,
-           run_s * (double)(s->to - s->from) / (double)(s->threads ? s->threads : 1));
+           run_s * (double)(s->to - s->from) / (double)s->threads);
     return ll_ok();
 }
 
 static ll_status open_store(sweep *s)
 {
-    const char *url = s->store_url ? s->store_url : ":memory:";
-    if (!s->store_url && s->results.out) {
+    if (s->results.out)
         snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->results.out);
-        url = s->own_store;
-    }
-    double run_s = 0;
-    ll_status status = ll_result_store_open(url, &s->store);
+    ll_status status = ll_result_store_open(s->results.out ? s->own_store : ":memory:", &s->store);
     if (!ll_failed(&status) && !s->anew)
         status = ll_experiment_check_version(s->store, s->experiment, s->from, s->to);
-    if (!ll_failed(&status) && s->store_url)
-        status = ll_experiment_time(s->experiment, s->from, &run_s);
-    LL_THEN(status, ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id));
-    if (!ll_failed(&status) && s->own_store[0]) /* of an interrupted sweep */
-        status = s->store->kind->release(s->store);
+    LL_THEN(status, ll_experiment_register(s->store, s->experiment, s->from, s->to, s->id));
     return status;
 }
 
@@ -93,12 +79,8 @@ static ll_status work_here(sweep *s)
 {
     ll_experiment_record record;
     ll_workers *workers = NULL;
-    ll_workers_config config = {.store = s->store,
-                                .id = s->id,
-                                .threads = (int)s->threads,
-                                .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
-                                .drain = true};
-    LL_TRY(s->store->kind->record(s->store, s->id, &record));
+    ll_workers_config config = {.store = s->store, .id = s->id, .threads = (int)s->threads, .drain = true};
+    LL_TRY(ll_result_store_record(s->store, s->id, &record));
     LL_TRY(ll_workers_start(&config, &workers));
     double started = seconds();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
@@ -109,31 +91,13 @@ static ll_status work_here(sweep *s)
     return ll_workers_join(workers);
 }
 
-/* Also while the store's server is unreachable: workers wait for it too. */
-static ll_status wait_for_others(sweep *s)
-{
-    ll_status status;
-    ll_experiment_record record = {0};
-    int64_t done_before = -1;
-    double started = seconds();
-    do {
-        nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
-        status = s->store->kind->record(s->store, s->id, &record);
-        if (done_before < 0)
-            done_before = record.done;
-        if (isatty(STDERR_FILENO))
-            show_bar(s, record.done, seconds() - started, record.done - done_before);
-    } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
-    return status;
-}
-
 static ll_status run_all(sweep *s)
 {
     ll_experiment_record record;
-    ll_status status = s->threads > 0 ? work_here(s) : wait_for_others(s);
+    ll_status status = work_here(s);
     if (isatty(STDERR_FILENO))
         fputs("\r\033[K", stderr);
-    LL_THEN(status, s->store->kind->record(s->store, s->id, &record));
+    LL_THEN(status, ll_result_store_record(s->store, s->id, &record));
     if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
         status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
                           ll_experiment_state_names[record.state], record.done, record.to - record.from);
@@ -150,7 +114,7 @@ static ll_status write_results(const sweep *s)
                                      &(ll_results_rows){.next = ll_stored_rows_next,
                                                         .seek = ll_stored_rows_seek,
                                                         .context = &rows,
-                                                        .version = s->store->version}));
+                                                        .version = ll_version}));
     ll_stored_rows_close(&rows);
     return status;
 }
@@ -167,7 +131,7 @@ static ll_status write_traces(const sweep *s)
 
 static void remove_own_store(const sweep *s)
 {
-    static const char *const parts[] = {"", "-wal", "-shm"};
+    static const char *const parts[] = {"", "-wal"};
     for (size_t i = 0; s->own_store[0] && i < sizeof parts / sizeof parts[0]; i++) {
         char path[4200];
         snprintf(path, sizeof path, "%s%s", s->own_store, parts[i]);
@@ -194,31 +158,12 @@ static ll_status find_shard(sweep *s)
     return status;
 }
 
-static ll_status check_archive(const sweep *s)
-{
-    if (s->container && !s->archive)
-        return ll_error(LL_BAD_INPUT, "--container: must have --archive");
-    if (s->archive && s->shard)
-        return ll_error(LL_BAD_INPUT, "--archive: must be without --shard, since it has all runs");
-    return s->container ? ll_archive_container("--container", s->container) : ll_ok();
-}
-
 static ll_status read_arguments(sweep *s, int argc, char **argv, const char **name)
 {
     const ll_option options[] = {
-        {"--jobs", "N", "Threads, 1 to 256; default: one per core. 0 with --store: wait for workers.",
-         .value = &s->jobs},
+        {"--jobs", "N", "Threads, 1 to 256; default: one per core.", .value = &s->jobs},
         LL_RESULTS_OPTIONS(&s->results),
-        {"--archive", "FILE.tar",
-         "Writes specification, rows, report and digests as one file, for laglab verify.",
-         .value = &s->archive},
-        {"--container", "sha256:DIGEST", "With --archive: digest of the container image that makes the rows.",
-         .value = &s->container},
         {"--traces", "DIR", "Writes a CSV of each run over time.", .value = &s->traces},
-        {"--store", "URL",
-         "Store of the rows, which workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
-         "default: $LAGLAB_STORE.",
-         .value = &s->store_url},
         {"--shard", "I/N", "Only this part of the runs; auto: the batch system's array index.",
          .value = &s->shard},
         {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
@@ -243,13 +188,11 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     const char *name = NULL;
     s->threads = ll_cores();
     ll_status status = read_arguments(s, argc, argv, &name);
-    s->store_url = ll_result_store_url(s->store_url);
     if (!ll_failed(&status) && s->jobs)
-        status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
+        status = ll_argument_whole("--jobs", s->jobs, 1, 256, &s->threads);
     LL_THEN(status, ll_experiment_load(name, s->scenarios, &s->experiment));
     LL_THEN(status, ll_results_check(&s->results, s->experiment, &name, 1));
     LL_THEN(status, find_shard(s));
-    LL_THEN(status, check_archive(s));
     if (!ll_failed(&status) && s->traces && s->to - s->from > LL_EXPERIMENT_TRACES_MAX)
         status = ll_error(LL_BAD_INPUT, "--traces takes at most %d runs; there are %" PRId64,
                           LL_EXPERIMENT_TRACES_MAX, s->to - s->from);
@@ -272,8 +215,6 @@ int ll_verb_sweep(int argc, char **argv)
         status = open_store(&s);
         LL_THEN(status, run_all(&s));
         LL_THEN(status, write_results(&s));
-        if (!ll_failed(&status) && s.archive)
-            status = ll_archive_write(s.store, s.id, s.container, s.archive);
         LL_THEN(status, write_traces(&s));
         ll_result_store_close(s.store);
         if (!ll_failed(&status))

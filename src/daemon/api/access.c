@@ -153,7 +153,6 @@ static void add_record(void *context, const ll_experiment_record *record)
     cJSON_AddNumberToObject(json, "done", (double)record->done);
     cJSON_AddNumberToObject(json, "created_s", (double)record->created_s);
     cJSON_AddStringToObject(json, "version", record->version);
-    cJSON_AddBoolToObject(json, "sweep", record->owner_hash[0] == '\0');
     add_name(json, record->class_key);
 }
 
@@ -164,7 +163,7 @@ void ll_get_experiments(void *context, const ll_http_request *request, ll_http_r
         return;
     cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "experiments");
     ll_result_store *store = ll_experiments_store(api->experiments);
-    ll_status status = store->kind->list(store, add_record, list);
+    ll_status status = ll_result_store_list(store, add_record, list);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else

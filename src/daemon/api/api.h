@@ -50,7 +50,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 /* ---- helpers of handlers ---- */
 
 /* False when the daemon is not ready for sessions; a 503 was answered. */
-bool ll_api_started(void *api, const ll_http_request *request, ll_http_response *response);
+bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* The session of the path's first parameter; NULL: a 404 or 503 was answered. */
 ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
@@ -104,7 +104,7 @@ ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_packets, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
-    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_archive, ll_get_experiment_trace,
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace,
     ll_get_experiment_schema, ll_get_experiment_library;
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation, ll_get_class_keys;

@@ -1,4 +1,4 @@
-/* What is read of an experiment as a file: one run, results, report, archive. */
+/* What is read of an experiment as a file: one run, results, report. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +13,6 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/tasks.h"
-#include "experiment/archive/archive.h"
 #include "experiment/format/compare.h"
 #include "experiment/report/report.h"
 
@@ -31,7 +30,7 @@ static ll_answer answer_of(const ll_api *api, const ll_experiment_record *r, con
     return (ll_answer){.type = type,
                        .folder = ll_host_get_config(api->host)->data,
                        .tag = ll_hash_u64(tag, (uint64_t)r->state),
-                       .final = r->state == LL_EXPERIMENT_DONE || r->state == LL_EXPERIMENT_FAILED};
+                       .final = r->state == LL_EXPERIMENT_DONE};
 }
 
 /* ---- one run ---- */
@@ -261,40 +260,5 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
                        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
                        "frame-ancestors 'none'; "
                        "sandbox allow-scripts allow-popups allow-popups-to-escape-sandbox");
-    ll_experiment_free(e);
-}
-
-/* The experiment as one file, as `laglab export` writes it. */
-void ll_get_experiment_archive(void *context, const ll_http_request *request, ll_http_response *response)
-{
-    ll_api *api = context;
-    ll_experiment_record record;
-    ll_experiment *e = NULL;
-    if (!ll_api_experiment(api, request, response, &record, &e))
-        return;
-    const char *container = ll_http_query(request, "container");
-    ll_status status = container ? ll_archive_container("container", container) : ll_ok();
-    if (!ll_failed(&status) &&
-        (record.state != LL_EXPERIMENT_DONE || record.from != 0 || record.to != e->runs))
-        status =
-            ll_error(LL_CONFLICT, "archive: must have all runs; the experiment is %s with %lld of %lld runs",
-                     ll_experiment_state_names[record.state], (long long)record.done, (long long)e->runs);
-    uint64_t asked = container ? ll_hash(6, container, strlen(container)) : 6;
-    ll_answer answer = answer_of(api, &record, "application/x-tar", asked);
-    if (ll_failed(&status)) {
-        ll_api_problem(response, request, &status);
-    } else if (!ll_answer_known(request, response, &answer)) {
-        char name[LL_EXPERIMENT_ID_MAX + 40];
-        ll_interrupt interrupt = ll_task_interrupt(request->task);
-        const ll_archive_wish wish = {
-            .container = container, .folder = answer.folder, .interrupt = &interrupt};
-        FILE *file = ll_answer_open(&answer, &status);
-        if (file)
-            status = ll_archive_write_to(ll_experiments_store(api->experiments), record.id, &wish, file);
-        ll_answer_send(request, response, &answer, &status, file);
-        snprintf(name, sizeof name, "attachment; filename=\"%s.tar\"", record.id);
-        if (!ll_failed(&status))
-            ll_http_set_header(response, "Content-Disposition", name);
-    }
     ll_experiment_free(e);
 }

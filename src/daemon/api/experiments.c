@@ -27,7 +27,7 @@ static void describe_size(cJSON *json, const ll_experiment *e)
 
 static void add_links(cJSON *json, const char *id)
 {
-    static const char *const parts[] = {"results", "report", "archive", "control", "stream"};
+    static const char *const parts[] = {"results", "report", "control", "stream"};
     char path[160];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, PATH "%s", id);
@@ -143,9 +143,9 @@ static bool permitted(const ll_api *api, const ll_http_request *request, ll_http
     return false;
 }
 
-static void add_version(ll_api *api, const ll_experiment_record *r, cJSON *json)
+static void add_version(const ll_experiment_record *r, cJSON *json)
 {
-    ll_status status = ll_result_store_check_version(ll_experiments_store(api->experiments), r);
+    ll_status status = ll_result_store_check_version(r);
     cJSON_AddStringToObject(json, "version", r->version);
     if (ll_failed(&status))
         cJSON_AddStringToObject(json, "held_back", status.text);
@@ -163,7 +163,7 @@ static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_e
     cJSON_AddNumberToObject(json, "repeats", (double)e->head.repeats);
     ll_experiments_describe(api->experiments, r, json);
     cJSON_AddNumberToObject(json, "created_s", (double)r->created_s);
-    add_version(api, r, json);
+    add_version(r, json);
     cJSON_AddItemToObject(json, "notices", ll_experiment_notices(e));
     cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
     add_links(json, r->id);

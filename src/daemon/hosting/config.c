@@ -6,9 +6,6 @@ static const ll_param rows[] = {
     {ROW(data, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of the sessions' database; `memory`: not stored. Empty: $XDG_STATE_HOME/laglab or "
              "~/.local/state/laglab."},
-    {ROW(store, LL_PARAM_TEXT), .max = 511,
-     .help = "Store of experiments: sqlite:FILE or postgresql://USER@HOST/DATABASE, which `laglab worker` "
-             "may share. Empty: $LAGLAB_STORE, or the folder of --data."},
     {ROW(shard, LL_PARAM_TEXT), .max = LL_SHARD_LENGTH,
      .help = "Name of this daemon among several behind one proxy, 1 to 4 of a-z and 0-9 without i, l and o: "
              "its ids, codes and links begin with it. Empty: it is alone."},

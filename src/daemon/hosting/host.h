@@ -26,7 +26,6 @@
 /* Every setting is a row of ll_host_table: `park_after_s` is `--park-after-s` on the command line. */
 typedef struct ll_host_config {
     char data[512];                  /* folder of the databases; `memory`: nothing is stored */
-    char store[512];                 /* URL of the experiments' store; empty: in `data` */
     char shard[LL_SHARD_LENGTH + 1]; /* with which ids and codes begin; empty: they are random alone */
     char scenarios[512];             /* folder of the library */
     char api[512];                   /* folder of openapi.yaml and asyncapi.yaml */

@@ -84,8 +84,7 @@ void ll_http_clear(ll_http_response *response)
     *response = (ll_http_response){.status = 200};
 }
 
-/* Takes ownership of `bytes` (malloc'ed). */
-static void take_bytes(ll_http_response *response, int status, const char *type, char *bytes, size_t size)
+void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size)
 {
     free(response->bytes);
     response->bytes = bytes;
@@ -115,7 +114,7 @@ void ll_http_json(ll_http_response *response, int status, const cJSON *json)
         response->failed = true;
         return;
     }
-    take_bytes(response, status, "application/json", text, strlen(text));
+    ll_http_take(response, status, "application/json", text, strlen(text));
 }
 
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text)

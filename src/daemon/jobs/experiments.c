@@ -17,11 +17,6 @@ enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
 
 enum { RATE_SAMPLES = 64, LOWEST_NICE = 19 };
 
-/* A store of the daemon's own has no other workers, so that leases need not expire; a named store may have
- * others. */
-#define OWN_LEASE_S 1e6
-#define SHARED_LEASE_S 60
-
 /* Start of the interval over which an experiment's rate is measured. */
 typedef struct rate_sample {
     char id[LL_EXPERIMENT_ID_MAX + 1];
@@ -48,8 +43,7 @@ struct ll_experiments {
 
 /* ---- stored experiments ---- */
 
-/* Number of stored experiments, and one of them that has expired. Experiments that a sweep put into a shared
- * store have no owner; the daemon neither counts nor deletes them. */
+/* Number of stored experiments, and one of them that has expired. */
 typedef struct experiment_counts {
     int64_t present;
     const ll_access *access;
@@ -63,8 +57,6 @@ static void count(void *context, const ll_experiment_record *record)
 {
     experiment_counts *c = context;
     bool over = record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED;
-    if (!record->owner_hash[0])
-        return;
     c->present++;
     const ll_class_key *key = ll_access_named_key(c->access, record->class_key);
     if (key)
@@ -126,17 +118,17 @@ static ll_status expire(ll_experiments *x, int64_t *present)
         experiment_counts c = {.access = x->config->access,
                                .ttl_s = x->config->experiment_ttl_s,
                                .run_ttl_s = x->config->experiment_run_ttl_s};
-        ll_status status = x->store->kind->list(x->store, count, &c);
+        ll_status status = ll_result_store_list(x->store, count, &c);
         *present = c.present;
         if (!ll_failed(&status))
             note_keys(&c);
         if (ll_failed(&status) || (!c.expired[0] && !c.too_long[0]))
             return status;
         if (c.too_long[0])
-            status = x->store->kind->set_state(x->store, c.too_long, LL_EXPERIMENT_CANCELLED);
+            status = ll_result_store_set_state(x->store, c.too_long, LL_EXPERIMENT_CANCELLED);
         else
             status = ll_experiments_remove(x, c.expired);
-        if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* another process may have deleted it */
+        if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* a client may have deleted it */
             return status;
     }
 }
@@ -145,35 +137,25 @@ static ll_status expire(ll_experiments *x, int64_t *present)
 
 static ll_status start_workers(ll_experiments *x)
 {
-    bool shared = ll_result_store_url(x->config->store) != NULL;
-    ll_workers_config config = {.store = x->store,
-                                .threads = (int)x->config->threads,
-                                .nice = LOWEST_NICE,
-                                .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
-                                .persist = true};
-    ll_status status =
-        shared ? ll_ok() : x->store->kind->release(x->store); /* leases of a daemon that was killed */
-    LL_THEN(status, ll_workers_start(&config, &x->workers));
-    if (ll_failed(&status))
-        return status;
+    ll_workers_config config = {.store = x->store, .threads = (int)x->config->threads, .nice = LOWEST_NICE};
+    LL_TRY(ll_workers_start(&config, &x->workers));
     ll_status versions = ll_result_store_check_versions(x->store);
     if (versions.code == LL_CONFLICT)
         ll_log_write("warn", "experiments", "%s", versions.text);
-    return status;
+    return ll_ok();
 }
 
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments)
 {
-    char url[600];
+    char path[600];
     ll_experiments *x = *experiments = calloc(1, sizeof *x);
     if (!x)
         return ll_error(LL_NO_MEMORY, "out of memory: experiments");
     x->config = config;
     pthread_mutex_init(&x->lock, NULL);
-    const char *shared = ll_result_store_url(config->store);
-    snprintf(url, sizeof url, folder ? "sqlite:%s/experiments.db" : "sqlite::memory:", folder);
+    snprintf(path, sizeof path, folder ? "%s/experiments.db" : ":memory:", folder);
     int64_t present;
-    ll_status status = ll_result_store_open(shared ? shared : url, &x->store);
+    ll_status status = ll_result_store_open(path, &x->store);
     LL_THEN(status, expire(x, &present));
     LL_THEN(status, start_workers(x));
     if (ll_failed(&status)) {
@@ -195,7 +177,7 @@ ll_status ll_experiments_open_streams(ll_experiments *x, ll_ws *ws)
                                        ll_experiments_delete_expired};
     LL_TRY(ll_progress_start(&source, ws, &progress));
     atomic_store(&x->progress, progress);
-    return x->store->kind->list(x->store, show, progress);
+    return ll_result_store_list(x->store, show, progress);
 }
 
 void ll_experiments_request_stop(ll_experiments *x)
@@ -287,7 +269,7 @@ static double rate_of(ll_experiments *x, const ll_experiment_record *record)
         rate = now > since ? (double)(record->done - p->done) / ll_to_s(now - since) : 0;
     }
     pthread_mutex_unlock(&x->lock);
-    if (!known) /* it was started before this daemon, or by another: measure from now on */
+    if (!known) /* it was started before this daemon: measure from now on */
         begin_rate(x, record->id, record->done);
     return rate;
 }
@@ -320,9 +302,9 @@ static ll_status fits(ll_experiments *x, const ll_experiment *e)
     const double mebi = 1 << 20;
     int64_t there = 0, most = x->config->max_results_mib << 20;
     int64_t wanted = e->runs * (ROW_BYTES + METRIC_BYTES * (int64_t)e->metric_count);
-    if (most == 0 || !x->store->kind->bytes)
+    if (most == 0)
         return ll_ok();
-    ll_status status = x->store->kind->bytes(x->store, &there);
+    ll_status status = ll_result_store_bytes(x->store, &there);
     if (ll_failed(&status) || (there < most && wanted <= most - there))
         return status;
     return ll_error(LL_IO,
@@ -374,7 +356,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     if (!text)
         return ll_error(LL_NO_MEMORY, "out of memory: experiment");
     begin_rate(x, id, 0);
-    ll_status status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
+    ll_status status = ll_result_store_create(x->store, &record, text, ll_experiment_chunk(e, e->runs));
     free(text);
     if (x->workers)
         ll_workers_notify(x->workers);
@@ -395,13 +377,12 @@ ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_r
     cJSON *json = NULL;
     if (!ll_is_id(id))
         return ll_error(LL_NOT_FOUND, "Experiment not found.");
-    ll_status status = x->store->kind->record(x->store, id, record);
+    ll_status status = ll_result_store_record(x->store, id, record);
     if (status.code == LL_NOT_FOUND)
         return ll_error(LL_NOT_FOUND, "Experiment not found.");
     if (ll_failed(&status) || !experiment)
         return status;
-    ll_progress_add(atomic_load(&x->progress), id); /* another machine may have created it */
-    status = x->store->kind->specification(x->store, id, &text);
+    status = ll_result_store_specification(x->store, id, &text);
     LL_THEN(status, ll_json_parse(text, strlen(text), &json));
     LL_THEN(status, ll_experiment_parse(json, x->config->scenarios, experiment));
     cJSON_Delete(json);
@@ -414,9 +395,8 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
     if (record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED)
         return ll_error(LL_CONFLICT, "The experiment has ended: it is %s.",
                         ll_experiment_state_names[record->state]);
-    ll_status status =
-        state == LL_EXPERIMENT_RUNNING ? ll_result_store_check_version(x->store, record) : ll_ok();
-    LL_THEN(status, x->store->kind->set_state(x->store, record->id, state));
+    ll_status status = state == LL_EXPERIMENT_RUNNING ? ll_result_store_check_version(record) : ll_ok();
+    LL_THEN(status, ll_result_store_set_state(x->store, record->id, state));
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
     begin_rate(x, record->id, record->done);
@@ -430,5 +410,5 @@ ll_status ll_experiments_remove(ll_experiments *x, const char *id)
     if (atomic_load(&x->progress))
         ll_progress_remove(atomic_load(&x->progress), id);
     drop_creator(x, id);
-    return x->store->kind->remove(x->store, id);
+    return ll_result_store_remove(x->store, id);
 }

@@ -8,7 +8,7 @@
 
 typedef struct ll_experiments ll_experiments;
 
-/* Opens the store `config->store`, or one in `folder`, or in memory if that is NULL. `config` and `folder`
+/* Opens the store in `folder`, or one in memory if that is NULL. `config` and `folder`
  * must outlive it. */
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
 void ll_experiments_request_stop(ll_experiments *experiments); /* returns at once; NULL: no effect */

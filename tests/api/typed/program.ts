@@ -73,7 +73,6 @@ assert.ok(expect(await call('get', '/api/v1/experiments', { key: operator }), 20
 const rows = expect(await call('get', '/api/v1/experiments/{id}/results', { ...at, query: { format: 'json' } }), 200);
 expect(await call('get', '/api/v1/experiments/{id}/results', { ...at, query: { format: 'json' }, headers: { 'if-none-match': rows.headers.get('etag') ?? '' } }), 304);
 expect(await call('get', '/api/v1/experiments/{id}/report', at), 200);
-expect(await call('get', '/api/v1/experiments/{id}/archive', at), 200);
 const run = expect(await call('get', '/api/v1/experiments/{id}/runs/{run}', { path: { ...at.path, run: 1 } }), 200).body;
 assert.ok(run.kind === 'motion' && run.methods?.[0]?.dt_s === 0.02);
 expect(await call('get', '/api/v1/experiments/{id}/runs/{run}/trace', { path: { ...at.path, run: 1 } }), 200);

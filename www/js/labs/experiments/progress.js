@@ -5,7 +5,7 @@ import { address, call } from '../../base/api.js';
 
 const ASK_MS = 1000,
   AGAIN_MS = 1000;
-const OVER = ['done', 'cancelled', 'failed'];
+const OVER = ['done', 'cancelled'];
 
 /** @param {string} state */
 export const isOver = (state) => OVER.includes(state);

@@ -28,12 +28,7 @@ function files(r) {
       )}</p>`;
   return html`<section class="about files" aria-label=${t('experiments.results')}><h2>${t('experiments.results')}</h2>
     <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank"
-      rel="noopener">${t('experiments.report')}</a>${
-        r.state === 'done'
-          ? html`<a id="archive" href=${address(`experiments/${r.id}/archive`).href} download=${`${r.id}.tar`}
-      title=${t('experiments.archive_tip')}>${t('experiments.archive')}</a>`
-          : nothing
-      }</p>
+      rel="noopener">${t('experiments.report')}</a></p>
     <h3>${t('experiments.row_per_run')}</h3>${links('', 'runs')}
     <h3>${t('experiments.row_per_point')}</h3>${links('&points=true', 'points')}</section>`;
 }
