@@ -1,4 +1,4 @@
-/* How a client learns from snapshots which inputs were applied: one row, and one file, per method. */
+/* How a client learns from snapshots which inputs were applied. */
 #pragma once
 
 #include "base/vtime.h"
@@ -8,8 +8,6 @@ struct ll_client_setup;
 struct ll_snapshot_entry;
 
 typedef struct ll_ack {
-    const char *name;
-    const char *help;
     uint32_t wants; /* ll_part */
 
     /* Closes the inputs that `state`, the newest snapshot, decides, and moves `inputs.acked`: all inputs up
@@ -17,9 +15,6 @@ typedef struct ll_ack {
     void (*take)(struct ll_client *client, const struct ll_client_setup *setup,
                  const struct ll_snapshot_entry *state, ll_time now);
 } ll_ack;
-
-extern const ll_ack ll_ack_high_water;
-extern const ll_ack ll_ack_per_input;
 
 extern const ll_ack *const ll_acks[]; /* NULL-terminated; the index is the choice `ack` */
 extern const char *const ll_ack_names[];

@@ -1,4 +1,4 @@
-/* What a client predicts: one row, and one file, per scope.
+/* What a client predicts.
  *
  * Predicted entities are stepped from the server's last snapshot to the tick of the client's newest input,
  * with the client's own inputs and, for others, with their controls in that snapshot. */
@@ -17,7 +17,6 @@ typedef struct ll_scope_step {
 
 typedef struct ll_prediction_scope {
     const char *name;
-    const char *help;
     bool guesses; /* others are stepped too: snapshots must contain their controls */
 
     /* Adds to `set` the entities to predict for `horizon_s` from `world` on. */
@@ -30,10 +29,6 @@ typedef struct ll_prediction_scope {
     /* One step of the chosen entities. */
     void (*step)(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_scope_step *step);
 } ll_prediction_scope;
-
-extern const ll_prediction_scope ll_prediction_scope_own;
-extern const ll_prediction_scope ll_prediction_scope_contacts;
-extern const ll_prediction_scope ll_prediction_scope_all;
 
 extern const ll_prediction_scope
     *const ll_scopes[]; /* NULL-terminated; the index is the choice `prediction_scope` */

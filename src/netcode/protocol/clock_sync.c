@@ -36,19 +36,14 @@ static ll_time median(const ll_clock_sample *samples, int count)
     return sorted[(count - 1) / 2];
 }
 
-static const ll_clock_filter filter_median = {
-    .name = "median", .help = "The median: one late packet has no effect.", .offset = median};
-static const ll_clock_filter filter_min = {
-    .name = "min_rtt",
-    .help = "The sample of the shortest round trip: best where delays have rare peaks.",
-    .offset = of_least_round_trip};
-static const ll_clock_filter filter_mean = {
-    .name = "mean", .help = "The mean: best where delays are spread evenly.", .offset = mean};
+/* median: one late packet has no effect. min_rtt: best where delays have rare peaks. mean: best where they
+ * are spread evenly. */
+#define FILTERS(X) X(median, median) X(min_rtt, of_least_round_trip) X(mean, mean)
+#define ROW(name, offset) &(const ll_clock_filter){offset},
+#define NAME(name, offset) #name,
 
-const ll_clock_filter *const ll_clock_filters[] = {&filter_median, &filter_min, &filter_mean, NULL};
-
-/* In the order of ll_clock_filters; a test compares both. */
-const char *const ll_clock_filter_names[] = {"median", "min_rtt", "mean", NULL};
+const ll_clock_filter *const ll_clock_filters[] = {FILTERS(ROW) NULL};
+const char *const ll_clock_filter_names[] = {FILTERS(NAME) NULL};
 
 /* ---- samples ---- */
 

@@ -34,10 +34,8 @@ typedef struct ll_clock_sync {
 
 #pragma GCC diagnostic pop
 
-/* A filter that computes one offset from the last samples: one row each. */
+/* A filter that computes one offset from the last samples. */
 typedef struct ll_clock_filter {
-    const char *name;
-    const char *help;
     ll_time (*offset)(const ll_clock_sample *samples, int count); /* count >= 1 */
 } ll_clock_filter;
 

@@ -1,4 +1,4 @@
-/* Sync modes, which keep server and clients in step: one row, and one file, per mode. */
+/* Sync modes, which keep server and clients in step. */
 #pragma once
 
 #include <stdbool.h>
@@ -17,7 +17,6 @@ struct ll_snapshot_common;
 
 typedef struct ll_sync_mode {
     const char *name;
-    const char *help;
     bool server_steps_at_update_hz; /* otherwise at tick_hz */
     bool client_steps_at_update_hz; /* otherwise at tick_hz */
     bool client_runs_ahead;         /* clients run ahead, so that an input arrives before its step */
@@ -82,13 +81,13 @@ typedef struct ll_sync_mode {
                     const struct ll_client_setup *setup, const struct ll_server *server);
 } ll_sync_mode;
 
-extern const ll_sync_mode ll_sync_free;
-extern const ll_sync_mode ll_sync_lockstep;
-extern const ll_sync_mode ll_sync_lockstep_pipelined;
-extern const ll_sync_mode ll_sync_gambetta;
-extern const ll_sync_mode ll_sync_deterministic;
-extern const ll_sync_mode ll_sync_rollback;
-extern const ll_sync_mode ll_sync_bucket;
+/* X(name), in the order of the choice `sync` */
+#define LL_SYNC_MODES(X)                                                                                     \
+    X(free) X(lockstep) X(gambetta) X(deterministic) X(rollback) X(lockstep_pipelined) X(bucket)
 
-extern const ll_sync_mode *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
+#define LL_SYNC_DECLARE(name) extern const ll_sync_mode ll_sync_##name;
+LL_SYNC_MODES(LL_SYNC_DECLARE)
+#undef LL_SYNC_DECLARE
+
+extern const ll_sync_mode *const ll_syncs[]; /* NULL-terminated */
 extern const char *const ll_sync_mode_names[];

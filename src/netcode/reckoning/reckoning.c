@@ -6,6 +6,103 @@
 
 #define DEGREE 0.017453292519943295 /* rad */
 
+/* ---- models ---- */
+
+/* Static: an entity stays where it was sent. Every motion is sent, in steps of the threshold. */
+static void at_static(const ll_reckoned *sent, double s, ll_entity *out)
+{
+    (void)s;
+    *out = sent->entity;
+    out->vx = out->vy = out->angular_velocity = 0;
+}
+
+/* Velocity (DIS: FPW): an entity goes on at its velocity, without turning. */
+static void at_velocity(const ll_reckoned *sent, double s, ll_entity *out)
+{
+    *out = sent->entity;
+    out->x += sent->entity.vx * s;
+    out->y += sent->entity.vy * s;
+    out->angular_velocity = 0;
+}
+
+/* Velocity and spin (DIS: RPW): an entity goes on at its velocity and angular velocity. */
+static void at_spin(const ll_reckoned *sent, double s, ll_entity *out)
+{
+    *out = sent->entity;
+    out->x += sent->entity.vx * s;
+    out->y += sent->entity.vy * s;
+    out->angle += sent->entity.angular_velocity * s;
+}
+
+/* Acceleration (DIS: RVW): as velocity and spin, with the acceleration that the entity had when it was sent.
+ * The server takes it from the velocities of two updates. It is sent too, and it errs where forces change. */
+static void at_acceleration(const ll_reckoned *sent, double s, ll_entity *out)
+{
+    *out = sent->entity;
+    out->x += (sent->entity.vx + sent->ax * s / 2) * s;
+    out->y += (sent->entity.vy + sent->ay * s / 2) * s;
+    out->vx += sent->ax * s;
+    out->vy += sent->ay * s;
+    out->angle += sent->entity.angular_velocity * s;
+}
+
+#define MODELS(X)                                                                                            \
+    X(static, .at = at_static)                                                                               \
+    X(velocity, .at = at_velocity)                                                                           \
+    X(velocity_spin, .at = at_spin)                                                                          \
+    X(acceleration, .at = at_acceleration, .accelerates = true)
+
+#define MODEL(name, ...) &(const ll_reckoning_model){__VA_ARGS__},
+#define NAME(name, ...) #name,
+
+const ll_reckoning_model *const ll_reckoning_models[] = {NULL, MODELS(MODEL) NULL};
+const char *const ll_reckoning_names[] = {"none", MODELS(NAME) NULL};
+
+/* ---- convergence ---- */
+
+/* Snap: the new model at once. */
+static double left_by_snap(double e, double u, double tau, double t, double *rate)
+{
+    (void)e, (void)u, (void)tau, (void)t;
+    *rate = 0;
+    return 0;
+}
+
+/* Linear: the deviation shrinks evenly. The drawn speed is at most that of the model + deviation / tau, and
+ * jumps at both ends. */
+static double left_by_linear(double e, double u, double tau, double t, double *rate)
+{
+    (void)u;
+    *rate = -e / tau;
+    return e * (1 - t / tau);
+}
+
+/* Cubic: a cubic of the deviation that begins with its value and rate and ends with neither: the drawn
+ * velocity has no jump. It may swing out further than the deviation where the rate is large. */
+static double left_by_cubic(double e, double u, double tau, double t, double *rate)
+{
+    double s = t / tau, r = 1 - s;
+    *rate = e * 6 * s * (s - 1) / tau + u * r * (1 - 3 * s);
+    return e * r * r * (1 + 2 * s) + u * tau * s * r * r;
+}
+
+/* Projective velocity blending (Murphy, "Believable Dead Reckoning for Networked Games", Game Engine Gems 2,
+ * 2011): the drawn entity goes on at a velocity that is blended from its old to the new one, and its place is
+ * blended with the model's. In terms of the deviation: (1 - s) (e + (1 - s) u t), s = t / tau. */
+static double left_by_projective(double e, double u, double tau, double t, double *rate)
+{
+    double s = t / tau, r = 1 - s;
+    *rate = -e / tau + u * r * (1 - 3 * s);
+    return r * (e + r * u * t);
+}
+
+#define CONVERGENCES(X)                                                                                      \
+    X(snap, left_by_snap) X(linear, left_by_linear) X(cubic, left_by_cubic) X(projective, left_by_projective)
+#define CONVERGENCE(name, left) &(const ll_convergence){left},
+
+const ll_convergence *const ll_convergences[] = {CONVERGENCES(CONVERGENCE) NULL};
+const char *const ll_convergence_names[] = {CONVERGENCES(NAME) NULL};
+
 /* ---- places ---- */
 
 static size_t player_size(int entities)

@@ -55,31 +55,19 @@ typedef struct ll_reckoning {
 
 #pragma GCC diagnostic pop
 
-/* ---- tables: one row, and one file, for each ---- */
+/* ---- tables ---- */
 
 typedef struct ll_reckoning_model {
-    const char *name, *help;
     bool accelerates; /* needs ax and ay, which are sent */
     /* The state `s` seconds after it was sent. */
     void (*at)(const ll_reckoned *sent, double s, ll_entity *out);
 } ll_reckoning_model;
 
 typedef struct ll_convergence {
-    const char *name, *help;
     /* What is left of a deviation of `e` and its rate `u` after `t` seconds of `tau`, 0 <= t < tau, and its
      * rate of change then. */
     double (*left)(double e, double u, double tau, double t, double *rate);
 } ll_convergence;
-
-extern const ll_reckoning_model ll_reckoning_static;
-extern const ll_reckoning_model ll_reckoning_velocity;
-extern const ll_reckoning_model ll_reckoning_spin;
-extern const ll_reckoning_model ll_reckoning_acceleration;
-
-extern const ll_convergence ll_convergence_snap;
-extern const ll_convergence ll_convergence_linear;
-extern const ll_convergence ll_convergence_cubic;
-extern const ll_convergence ll_convergence_projective;
 
 extern const ll_reckoning_model *const ll_reckoning_models[]; /* [0] is NULL: none; the end is NULL too */
 extern const ll_convergence *const ll_convergences[];         /* NULL-terminated */

@@ -1,4 +1,4 @@
-/* Starvation policies: the replacement of an input that has not arrived at its step, one row per policy.
+/* Starvation policies: the replacement of an input that has not arrived at its step.
  * Presses are never repeated.
  *
  * Source: Quake III freezes, Source repeats up to 24 commands, Quantum repeats inputs marked repeatable,
@@ -16,17 +16,9 @@ typedef struct ll_starve_config {
 } ll_starve_config;
 
 typedef struct ll_starve {
-    const char *name;
-    const char *help;
-
     /* `last` was applied `age` steps ago: 1 in the first starved step. Cost: negligible. */
     ll_action (*act)(const ll_action *last, int64_t age, const ll_starve_config *config);
 } ll_starve;
-
-extern const ll_starve ll_starve_decay;
-extern const ll_starve ll_starve_repeat;
-extern const ll_starve ll_starve_repeat_n;
-extern const ll_starve ll_starve_neutral;
 
 extern const ll_starve *const ll_starves[]; /* NULL-terminated; the index is the choice `starved` */
 extern const char *const ll_starve_names[];

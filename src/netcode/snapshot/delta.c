@@ -139,8 +139,6 @@ static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 
 const ll_codec ll_codec_delta = {
     .name = "delta",
-    .help =
-        "On the grid, and only the differences from the newest snapshot that the client has acknowledged.",
     .gridded = true,
     .compares = true,
     .encode = encode,

@@ -93,7 +93,6 @@ static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 
 const ll_codec ll_codec_quantised = {
     .name = "quantised",
-    .help = "Positions, velocities and angles on a grid; one bit for an entity at rest.",
     .gridded = true,
     .encode = encode,
     .decode = decode,

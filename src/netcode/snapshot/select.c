@@ -301,3 +301,37 @@ ll_status ll_select_decode(ll_bit_reader *r, const ll_incoming *in)
     LL_TRY(get_selected(r, in));
     return in->changed ? ll_decoded_some(r, in->world, in->changed) : ll_decoded(r, in->world);
 }
+
+/* ---- codecs ---- */
+
+/* Partial: on the grid, and of the changed entities those of the largest accumulated priority that fit
+ * snapshot_bytes, each whole (Fiedler, "State Synchronization"). */
+static void encode_partial(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    ll_select_encode(w, out, (ll_selection_rule){.deltas = false}, cost);
+}
+
+/* Partial delta: as partial, and of each entity only the differences from the newest state of it that the
+ * client has acknowledged (Tribes; Unreal). Snapshots of different entities need no common baseline. */
+static void encode_partial_delta(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    ll_select_encode(w, out, (ll_selection_rule){.deltas = true}, cost);
+}
+
+/* Interest: as partial_delta, of the entities in the receiver's area of interest alone. An entity that leaves
+ * the area is sent once more, as gone. At equal density the bytes of a client do not depend on the number of
+ * entities. */
+static void encode_interest(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    ll_select_encode(w, out, (ll_selection_rule){.deltas = true, .interest = true}, cost);
+}
+
+#define ROW(name_)                                                                                           \
+    const ll_codec ll_codec_##name_ = {.name = #name_,                                                       \
+                                       .gridded = true,                                                      \
+                                       .selects = true,                                                      \
+                                       .encode = encode_##name_,                                             \
+                                       .decode = ll_select_decode};
+ROW(partial)
+ROW(partial_delta)
+ROW(interest)

@@ -161,3 +161,58 @@ ll_status ll_decoded_some(ll_bit_reader *r, const ll_world *world, const ll_chan
             return not_finite(changed->entity[k]);
     return ll_ok();
 }
+
+/* ---- full: the world as it lies in memory. The simplest encoding: 448 bits per entity ---- */
+
+static void encode_full(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    int64_t bits = 8 * (int64_t)ll_world_size(out->world);
+    if (bits <= w->capacity)
+        memcpy(w->bytes, out->world, ll_world_size(out->world));
+    w->count += bits;
+    cost->entity_bits += out->world->entities * 8 * (int64_t)sizeof(ll_entity);
+    cost->tail_bits += 8 * (int64_t)out->world->tail;
+    cost->entities += out->world->entities;
+}
+
+static ll_status decode_full(ll_bit_reader *r, const ll_incoming *in)
+{
+    size_t size = ll_world_size(in->world);
+    if (r->size != 8 * (int64_t)size)
+        return ll_error(LL_BAD_INPUT, "a full snapshot of this world must have %zu bytes; got %lld", size,
+                        (long long)r->size / 8);
+    if (memcmp(in->world, r->bytes, sizeof *in->world) != 0)
+        return ll_error(
+            LL_BAD_INPUT,
+            "a full snapshot must be of a world of %d players, %d entities and a tail of %d bytes",
+            in->world->players, in->world->entities, in->world->tail);
+    memcpy(in->world, r->bytes, size);
+    r->at = r->size;
+    return ll_decoded(r, in->world);
+}
+
+const ll_codec ll_codec_full = {.name = "full", .encode = encode_full, .decode = decode_full};
+
+/* ---- the table ---- */
+
+#define ROW(name) &ll_codec_##name,
+#define NAME(name) #name,
+
+const ll_codec *const ll_codecs[] = {LL_CODECS(ROW) NULL};
+const char *const ll_codec_names[] = {LL_CODECS(NAME) NULL};
+
+int ll_codec_index(const ll_codec *codec)
+{
+    int i = 0;
+    while (ll_codecs[i] != codec)
+        i++;
+    return i;
+}
+
+const ll_codec *ll_codec_at(int index)
+{
+    for (int i = 0; ll_codecs[i] != NULL; i++)
+        if (i == index)
+            return ll_codecs[i];
+    return NULL;
+}

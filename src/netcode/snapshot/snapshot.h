@@ -1,4 +1,4 @@
-/* Snapshot encodings: one row, and one file, per codec.
+/* Snapshot encodings.
  *
  * Values known at both ends are not sent: the number of players, entities and tail bytes. The receiver's own
  * entity and the tail are sent bitwise, so that predictions can be compared exactly. */
@@ -60,7 +60,6 @@ void ll_snapshot_cost_add(ll_snapshot_cost *sum, const ll_snapshot_cost *cost);
 
 typedef struct ll_codec {
     const char *name;
-    const char *help;
     bool gridded;  /* rounds to a grid */
     bool compares; /* sends the differences from a baseline, which must exist */
     bool selects;  /* sends some of the entities: needs a replica (netcode/snapshot/replica.h) */
@@ -72,15 +71,14 @@ typedef struct ll_codec {
     ll_status (*decode)(ll_bit_reader *r, const ll_incoming *in);
 } ll_codec;
 
-extern const ll_codec ll_codec_full;
-extern const ll_codec ll_codec_quantised;
-extern const ll_codec ll_codec_delta;
-extern const ll_codec ll_codec_partial;
-extern const ll_codec ll_codec_partial_delta;
-extern const ll_codec ll_codec_interest;
+/* X(name), in the order of the choice `snapshot_encoding`, whose index is sent */
+#define LL_CODECS(X) X(full) X(quantised) X(delta) X(partial) X(partial_delta) X(interest)
 
-extern const ll_codec
-    *const ll_codecs[]; /* NULL-terminated; the index is the choice `snapshot_encoding`, and is sent */
+#define LL_CODEC_DECLARE(name) extern const ll_codec ll_codec_##name;
+LL_CODECS(LL_CODEC_DECLARE)
+#undef LL_CODEC_DECLARE
+
+extern const ll_codec *const ll_codecs[]; /* NULL-terminated */
 extern const char *const ll_codec_names[];
 
 int ll_codec_index(const ll_codec *codec);

@@ -372,16 +372,6 @@ static inline bool ll_prediction_in_step(const ll_client *c)
            c->prediction.tick == c->inputs.tick - (int64_t)(c->inputs.seq - c->prediction.played);
 }
 
-/* `state`, the newest snapshot, decides that input `seq` was applied or never will be. */
-void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
-                     const ll_snapshot_entry *state, ll_time now);
-
-struct ll_changed;
-/* decode.c: the world of a snapshot, in `size` bytes; `world` is undefined after an error. `changed`: NULL,
- * or, of a snapshot of some entities after another one, which of them are set (ll_incoming). */
-ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
-                           ll_world *world, struct ll_changed *changed);
-
 /* dilate_time.c: adjusts the length of frames to the slack */
 void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,
                            const ll_snapshot_message *message, ll_time now);
@@ -408,9 +398,6 @@ void ll_interpolate_heard(
 void ll_interpolate_server_time(ll_client *client, const ll_client_setup *setup, ll_time now);
 void ll_blend(ll_client *client, const ll_snapshot_entry *a, const ll_snapshot_entry *b,
               double alpha); /* linear */
-
-/* extrapolate.c: `from` after `dt` seconds at its velocity */
-void ll_extrapolate(const ll_client_setup *setup, const ll_entity *from, double dt, ll_entity *out);
 
 /* netcode/view/smoothing.c: corrections of what is drawn */
 #define LL_SMOOTH_MAX_M 4.0 /* a larger error is not smoothed: it is drawn as a jump at once */

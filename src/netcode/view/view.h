@@ -7,9 +7,6 @@ struct ll_stretch;
 
 /* Between two snapshots. */
 typedef struct ll_interpolation {
-    const char *name;
-    const char *help;
-
     /* The entity at fraction `alpha`, 0 to 1, of the way from `a` to `b`, which is `span_s` > 0 later. Sets
      * the pose and its velocities; the caller sets the flags. */
     void (*between)(const ll_entity *a, const ll_entity *b, double alpha, double span_s, ll_entity *out);
@@ -48,24 +45,15 @@ static inline void ll_interpolate_all(const ll_stretch *stretch,
     }
 }
 
-extern const ll_interpolation ll_interpolation_linear;
-extern const ll_interpolation ll_interpolation_hermite;
+extern const ll_interpolation ll_interpolation_linear, ll_interpolation_hermite;
 
 /* How far behind the server's clock, as brought by the fastest recent snapshot, the others are drawn. */
 typedef struct ll_interpolation_delay {
-    const char *name;
-    const char *help;
     ll_time (*delay)(const ll_client *client, const ll_player_config *config);
 } ll_interpolation_delay;
 
-extern const ll_interpolation_delay ll_interpolation_delay_ratio;
-extern const ll_interpolation_delay ll_interpolation_delay_adaptive;
-
 /* How render time follows its target, which moves when the link or the delay changes. */
 typedef struct ll_time_scale {
-    const char *name;
-    const char *help;
-
     /* Correction of this frame's advance of render time, beyond the frame's own length. `error`: how far it
      * would be behind its target (negative: ahead) without correction. */
     ll_time (*extra)(ll_client *client, ll_time error);
@@ -73,9 +61,6 @@ typedef struct ll_time_scale {
     /* Further behind than this it jumps to its target, further ahead it stands still. */
     ll_time (*limit)(const ll_client *client);
 } ll_time_scale;
-
-extern const ll_time_scale ll_time_scale_proportional;
-extern const ll_time_scale ll_time_scale_catch_up;
 
 /* NULL-terminated; the index is the choice of the player's parameter. */
 extern const ll_interpolation *const ll_interpolations[];

@@ -8,15 +8,6 @@
 #include "netcode/client/ack.h"
 #include "support/scene.h"
 
-static void lists_follow_the_table(void **state)
-{
-    (void)state;
-    int n = 0;
-    for (; ll_acks[n]; n++)
-        assert_string_equal(ll_acks[n]->name, ll_ack_names[n]);
-    assert_null(ll_ack_names[n]);
-}
-
 /* ---- the server's bits ---- */
 
 #define RESULT_BITS (32 * LL_INPUT_RESULT_WORDS)
@@ -515,7 +506,6 @@ static void no_correction_is_without_a_cause(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(bits_are_those_of_the_last_512),
         cmocka_unit_test(results_reach_back_to_the_acknowledged_snapshot),
         cmocka_unit_test(only_valid_inputs_in_time_are_set),

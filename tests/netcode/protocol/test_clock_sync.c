@@ -17,7 +17,7 @@ static ll_time as_filtered(const ll_clock_sample *samples, int count)
     return filtered;
 }
 
-static const ll_clock_filter fixed_filter = {.name = "told", .offset = as_filtered};
+static const ll_clock_filter fixed_filter = {as_filtered};
 
 /* A symmetric link: the offset is exact to the ns. An asymmetric one: any filter is off by half of the
  * difference. */
@@ -48,10 +48,6 @@ static int by_offset(const void *a, const void *b)
 static void filters_look_at_the_last_eight(void **state)
 {
     (void)state;
-    assert_string_equal(ll_clock_filter_names[0], "median");
-    assert_string_equal(ll_clock_filter_names[1], "min_rtt");
-    assert_string_equal(ll_clock_filter_names[2], "mean");
-    assert_null(ll_clock_filter_names[3]);
     for (uint64_t seed = 0; seed < 200; seed++)
         for (int f = 0; f < 3; f++) {
             ll_clock_sync sync = {0};

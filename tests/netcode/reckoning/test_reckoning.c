@@ -513,19 +513,6 @@ static void both_implementations_draw_the_same(void **state)
     assert_true(compared > 20000);
 }
 
-static void names_follow_the_tables(void **state)
-{
-    (void)state;
-    int i = 1, k = 0;
-    assert_null(ll_reckoning_models[0]);
-    for (; ll_reckoning_models[i]; i++)
-        assert_string_equal(ll_reckoning_models[i]->name, ll_reckoning_names[i]);
-    assert_null(ll_reckoning_names[i]);
-    for (; ll_convergences[k]; k++)
-        assert_string_equal(ll_convergences[k]->name, ll_convergence_names[k]);
-    assert_null(ll_convergence_names[k]);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -540,7 +527,6 @@ int main(void)
         cmocka_unit_test(a_heartbeat_makes_up_for_a_loss),
         cmocka_unit_test(what_cannot_be_decoded_changes_nothing),
         cmocka_unit_test(both_implementations_draw_the_same),
-        cmocka_unit_test(names_follow_the_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

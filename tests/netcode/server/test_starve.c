@@ -15,22 +15,10 @@ static ll_action act(const char *name, int64_t age, double tau, int64_t steps)
     const ll_action last = {{HELD_X, HELD_Y}, LL_BUTTON_FIRE, 77};
     const ll_starve_config config = {tau, steps};
     for (int i = 0; ll_starves[i]; i++)
-        if (strcmp(ll_starve_names[i], name) == 0) {
-            assert_string_equal(ll_starves[i]->name, name);
+        if (strcmp(ll_starve_names[i], name) == 0)
             return ll_starves[i]->act(&last, age, &config);
-        }
     fail_msg("there is no policy %s", name);
     return last;
-}
-
-static void names_are_the_tables(void **state)
-{
-    (void)state;
-    int i = 0;
-    for (; ll_starves[i]; i++)
-        assert_string_equal(ll_starves[i]->name, ll_starve_names[i]);
-    assert_null(ll_starve_names[i]);
-    assert_ptr_equal(ll_starves[0], &ll_starve_decay); /* the default */
 }
 
 /* axes x max(0, 1 - age / tau); presses and view times are never repeated. */
@@ -162,8 +150,9 @@ static void a_silent_player_stops(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_are_the_tables),     cmocka_unit_test(policies_match_their_definitions),
-        cmocka_unit_test(every_policy_on_a_server), cmocka_unit_test(starving_behind_a_refusal),
+        cmocka_unit_test(policies_match_their_definitions),
+        cmocka_unit_test(every_policy_on_a_server),
+        cmocka_unit_test(starving_behind_a_refusal),
         cmocka_unit_test(a_silent_player_stops),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,23 +4,6 @@
 #include "game/games/games.h"
 #include "netcode/view/view.h"
 
-/* ---- tables ---- */
-
-static void lists_follow_their_tables(void **state)
-{
-    (void)state;
-    int n = 0;
-    for (; ll_interpolations[n]; n++)
-        assert_string_equal(ll_interpolations[n]->name, ll_interpolation_names[n]);
-    assert_null(ll_interpolation_names[n]);
-    for (n = 0; ll_interpolation_delays[n]; n++)
-        assert_string_equal(ll_interpolation_delays[n]->name, ll_interpolation_delay_names[n]);
-    assert_null(ll_interpolation_delay_names[n]);
-    for (n = 0; ll_time_scales[n]; n++)
-        assert_string_equal(ll_time_scales[n]->name, ll_time_scale_names[n]);
-    assert_null(ll_time_scale_names[n]);
-}
-
 /* ---- methods ---- */
 
 /* p0 + p1 t + p2 t^2 + p3 t^3, and its derivative. */
@@ -439,7 +422,6 @@ static void catch_up_jumps_beyond_a_delay(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_follow_their_tables),
         cmocka_unit_test(hermite_is_exact_for_cubics),
         cmocka_unit_test(hermite_keeps_its_bound),
         cmocka_unit_test(linear_is_off_by_its_bound),

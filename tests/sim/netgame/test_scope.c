@@ -14,17 +14,6 @@
 
 #define PREDICTING(p) "players." p ".prediction=true", "players." p ".reconciliation=true"
 
-static void lists_follow_the_table(void **state)
-{
-    (void)state;
-    int n = 0;
-    for (; ll_scopes[n]; n++) {
-        assert_string_equal(ll_scopes[n]->name, ll_prediction_scope_names[n]);
-        assert_true(ll_scopes[n]->choose && ll_scopes[n]->step);
-    }
-    assert_null(ll_prediction_scope_names[n]);
-}
-
 static ll_summary summary(const scene *s, int player, ll_metric metric)
 {
     return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[metric]);
@@ -253,7 +242,6 @@ static void others_are_not_predicted_under_the_demos_rules(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_follow_the_table),
         cmocka_unit_test(clean_link_needs_no_correction),
         cmocka_unit_test(contact_is_predicted_where_the_other_is_stepped_too),
         cmocka_unit_test(contact_is_mispredicted_when_the_other_changes_its_controls),
