@@ -491,6 +491,23 @@ test('quotas: classes of the daemon, of an address, members; a class without use
   await stream.close();
 });
 
+test('a class has as many boards and copies as --max-class-sessions allows, other classes and sessions their own', async (t) => {
+  const small = await startDaemon({ args: ['--max-class-sessions', '2'] });
+  t.after(() => small.stop());
+  const s = client(small.url);
+  t.after(() => s.close());
+  const room = await open({}, s),
+    other = await open({}, s);
+  const copy = await room.enter({ role: 'copy' });
+  const refused = await s.call('POST', `${room.at}/members`, { body: { role: 'copy' } });
+  assert.equal(refused.status, 429);
+  assert.match(refused.json.detail, /at most 2 of one class \(--max-class-sessions\)/);
+  await other.enter({ role: 'copy' });
+  await s.make({ paused: true });
+  assert.equal((await s.call('DELETE', `/api/v1/sessions/${copy.copy}`, { key: copy.copy_key })).status, 204);
+  await room.enter({ role: 'copy' });
+});
+
 // ---- hostile members ----
 
 test('floods, huge and odd bodies, odd messages: errors, and the class goes on', async () => {
