@@ -15,6 +15,7 @@ export const ROOMS = {
   techniques: GAME,
   many: GAME,
   streams: DAEMON,
+  capacity: DAEMON,
   parked: DAEMON,
   slow: DAEMON,
   proxies: DAEMON,
