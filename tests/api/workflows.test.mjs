@@ -1,13 +1,14 @@
-// The workflows of deploy/snakemake and deploy/nextflow: their commands, taken from the files, give the rows of an undivided sweep. Where
-// Snakemake is installed it runs its file as it is.
+// An experiment in shards by the queues of docs/experiments.md: the commands for Snakemake, Nextflow, Kubernetes and Slurm, taken from the
+// files, give rows, report and points of an undivided sweep. Where Snakemake is installed it runs its file as it is.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { BINARY } from '../lib/daemon.mjs';
+import { parse } from '../lib/objects.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const SNAKEFILE = path.join(ROOT, 'deploy/snakemake/Snakefile'),
@@ -17,15 +18,24 @@ const ORDER = {
   scenario: 'race',
   set: { duration_s: 3 },
   axes: [{ path: 'players.0.lag_ms', values: [0, 80, 160, 240] }],
-  repeats: 5,
+  repeats: 20,
   metrics: ['players.0.remote_error_m.mean'],
 };
 
-let folder, whole;
+/** @type {string} */
+let folder;
+/** @type {Record<string, string>} what one sweep gives, by file */
+let whole;
+const RESULTS = ['rows.csv', 'report.html', 'points.csv'];
+const results = (/** @type {string} */ at) => Object.fromEntries(RESULTS.map((name) => [name, readFileSync(path.join(at, name), 'utf8')]));
+
 before(() => {
   folder = mkdtempSync(path.join(tmpdir(), 'laglab-workflows-'));
-  writeFileSync(path.join(folder, 'lag.json'), JSON.stringify(ORDER));
-  whole = execFileSync(BINARY, ['sweep', 'lag.json'], { cwd: folder, encoding: 'utf8' });
+  const at = place('whole'),
+    sweep = (/** @type {string[]} */ ...more) => execFileSync(BINARY, ['sweep', 'lag.json', ...more], { cwd: at });
+  sweep('--out', 'rows.csv', '--report', 'report.html');
+  sweep('--points', '--out', 'points.csv');
+  whole = results(at);
 });
 after(() => rmSync(folder, { recursive: true, force: true }));
 
@@ -46,9 +56,9 @@ function filled(template, hole, values) {
   });
 }
 
-/** @param {string} command @param {string} at */
-function shell(command, at) {
-  const { status, stderr } = spawnSync('sh', ['-c', command], { cwd: at, encoding: 'utf8' });
+/** @param {string} command @param {string} at @param {Record<string, string>} [env] */
+function shell(command, at, env) {
+  const { status, stderr } = spawnSync('sh', ['-c', command], { cwd: at, encoding: 'utf8', env: { ...process.env, ...env } });
   assert.equal(status, 0, `${command}: ${stderr}`);
 }
 
@@ -58,16 +68,19 @@ test("the commands of Snakemake's rules", () => {
   const rules = Object.fromEntries(
     [...text.matchAll(/^rule (\w+):\n((?: {4}.*\n)+)/gm)].map(([, name, body]) => [
       name,
-      { command: /^ {4}shell: "(.*)"$/m.exec(body)?.[1] ?? '', output: /^ {4}output: "(.*)"$/m.exec(body)?.[1] ?? '' },
+      { command: /^ {4}shell: "(.*)"$/m.exec(body)?.[1] ?? '', output: /^ {4}output: (.*)$/m.exec(body)?.[1] ?? '' },
     ]),
   );
-  assert.deepEqual(Object.keys(rules), ['all', 'shard', 'merge']);
+  assert.deepEqual(Object.keys(rules), ['all', 'shard', 'merge', 'points']);
   const hole = /\{([\w.]+)\}/g,
-    values = { LAGLAB: BINARY, EXPERIMENT: 'lag.json', SHARDS, threads: 1 };
-  const shards = Array.from({ length: SHARDS }, (_, i) => filled(rules.shard.output, hole, { i: i + 1 }));
+    values = { LAGLAB: BINARY, EXPERIMENT: 'lag.json', SHARDS, threads: 1 },
+    files = (/** @type {string} */ rule) => [...rules[rule].output.matchAll(/"(.*?)"/g)].map(([, name]) => name);
+  const shards = Array.from({ length: SHARDS }, (_, i) => filled(files('shard')[0], hole, { i: i + 1 }));
   for (const [i, output] of shards.entries()) shell(filled(rules.shard.command, hole, { ...values, 'wildcards.i': i + 1, output }), at);
-  shell(filled(rules.merge.command, hole, { ...values, input: shards.join(' '), output: rules.merge.output }), at);
-  assert.equal(readFileSync(path.join(at, rules.merge.output), 'utf8'), whole);
+  const [rows, report] = files('merge');
+  shell(filled(rules.merge.command, hole, { ...values, input: shards.join(' '), 'output.rows': rows, 'output.report': report }), at);
+  shell(filled(rules.points.command, hole, { ...values, input: rows, output: files('points')[0] }), at);
+  assert.deepEqual(results(at), whole);
 });
 
 test("the commands of Nextflow's processes", () => {
@@ -76,19 +89,61 @@ test("the commands of Nextflow's processes", () => {
   const processes = Object.fromEntries(
     [...text.matchAll(/^process (\w+) \{\n(.*?)^\}/gms)].map(([, name, body]) => [
       name,
-      { command: /"""\n\s*(.*?)\n\s*"""/s.exec(body)?.[1] ?? '', output: /^ {4}output:\n {4}path ["'](.*)["']$/m.exec(body)?.[1] ?? '' },
+      {
+        command: /"""\n\s*(.*?)\n\s*"""/s.exec(body)?.[1] ?? '',
+        outputs: [...(/^ {4}output:\n((?: {4}path .*\n)+)/m.exec(body)?.[1].matchAll(/path ["'](.*?)["']/g) ?? [])].map(([, name]) => name),
+      },
     ]),
   );
-  assert.deepEqual(Object.keys(processes), ['shard', 'merge']);
+  assert.deepEqual(Object.keys(processes), ['shard', 'merge', 'points']);
   const hole = /\$\{([\w.]+)\}/g,
     values = { 'params.laglab': BINARY, 'params.experiment': 'lag.json', 'params.shards': SHARDS, 'task.cpus': 1 };
-  const shards = Array.from({ length: SHARDS }, (_, i) => filled(processes.shard.output, hole, { i: i + 1 }));
+  const shards = Array.from({ length: SHARDS }, (_, i) => filled(processes.shard.outputs[0], hole, { i: i + 1 }));
   for (const [i, output] of shards.entries()) {
     shell(filled(processes.shard.command, hole, { ...values, i: i + 1 }), at);
     assert.ok(existsSync(path.join(at, output)), output);
   }
   shell(filled(processes.merge.command, hole, { ...values, shards: shards.join(' ') }), at);
-  assert.equal(readFileSync(path.join(at, processes.merge.output), 'utf8'), whole);
+  shell(filled(processes.points.command, hole, { ...values, rows: processes.merge.outputs[0] }), at);
+  assert.deepEqual([...processes.merge.outputs, ...processes.points.outputs], RESULTS);
+  assert.deepEqual(results(at), whole);
+});
+
+test("the commands of Kubernetes' jobs, with the index that each pod has", () => {
+  const at = place('jobs'),
+    job = (/** @type {string} */ name) => parse(readFileSync(path.join(ROOT, 'deploy/k8s/sweep', name), 'utf8'))[0].spec,
+    [sweep, merge] = ['sweep.yaml', 'merge.yaml'].map(job),
+    [shard] = sweep.template.spec.containers;
+  /** @param {any} container @param {Record<string, string>} env */
+  const run = ({ args }, env) => {
+    const here = args.map((/** @type {string} */ word) =>
+      filled(word, /\$\((\w+)\)/g, env)
+        .replace('/experiment/experiment.json', 'lag.json')
+        .replace(/^\/rows\//, ''),
+    );
+    const { status, stderr } = spawnSync(BINARY, here, { cwd: at, encoding: 'utf8', env: { ...process.env, ...env } });
+    assert.equal(status, 0, stderr);
+  };
+  const LAGLAB_SHARDS = shard.env.find((/** @type {any} */ one) => one.name === 'LAGLAB_SHARDS').value;
+  for (let i = 0; i < sweep.completions; i++) run(shard, { JOB_COMPLETION_INDEX: String(i), LAGLAB_SHARDS });
+  for (const container of [...merge.template.spec.initContainers, ...merge.template.spec.containers]) run(container, {});
+  assert.deepEqual(results(at), whole);
+});
+
+test('the commands of the documentation for Slurm', () => {
+  const at = place('slurm'),
+    text = readFileSync(path.join(ROOT, 'docs/experiments.md'), 'utf8'),
+    [, first, last, task] = /^sbatch .*--array=(\d+)-(\d+) .*--wrap '(.*)'$/m.exec(text) ?? [],
+    merges = [...text.matchAll(/^(laglab merge .*)$/gm)].map(([command]) => command);
+  const bin = path.join(at, 'bin');
+  mkdirSync(bin);
+  symlinkSync(BINARY, path.join(bin, 'laglab'));
+  const env = { PATH: `${bin}:${process.env.PATH}` },
+    array = { SLURM_ARRAY_TASK_COUNT: String(Number(last) - Number(first) + 1), SLURM_ARRAY_TASK_MIN: first };
+  for (let i = Number(first); i <= Number(last); i++) shell(task, at, { ...env, ...array, SLURM_ARRAY_TASK_ID: String(i) });
+  assert.equal(merges.length, 2);
+  for (const command of merges) shell(command, at, env);
+  assert.deepEqual(results(at), whole);
 });
 
 const snakemake = spawnSync('snakemake', ['--version']).status === 0;
@@ -101,5 +156,5 @@ test('Snakemake runs its file as it is', { skip: snakemake ? false : 'snakemake 
     env: { ...process.env, HOME: at },
   });
   assert.equal(run.status, 0, run.stderr);
-  assert.equal(readFileSync(path.join(at, 'rows.csv'), 'utf8'), whole);
+  assert.deepEqual(results(at), whole);
 });

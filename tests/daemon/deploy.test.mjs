@@ -12,7 +12,7 @@ import { parse, pods, problems as problemsOf, typeErrors } from '../lib/objects.
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..'),
   DEPLOY = path.join(ROOT, 'deploy');
-const FOLDERS = ['shards', 'k8s/workers'];
+const FOLDERS = ['shards', 'k8s/sweep'];
 
 /** @typedef {import('../lib/objects.mjs').Thing} Thing */
 
@@ -26,8 +26,10 @@ test('Kubernetes objects have valid fields and types, and match each other', () 
   const all = objects();
   assert.deepEqual(all.map((thing) => `${thing.kind} ${thing.metadata.name}`).sort(), [
     'Deployment laglab-proxy',
-    'Job laglab-workers',
+    'Job laglab-merge',
+    'Job laglab-sweep',
     'NetworkPolicy laglab',
+    'PersistentVolumeClaim laglab-rows',
     'PodDisruptionBudget laglab',
     'Service laglab',
     'Service laglab-proxy',
@@ -154,9 +156,15 @@ test('mistakes in them are found', () => {
       },
     ],
     [
-      'a worker without a store',
+      'must be an indexed job with a pod for each',
       (o) => {
-        o.Job.spec.template.spec.containers[0].env = [];
+        o.Job.spec.completions = 7;
+      },
+    ],
+    [
+      'must be an indexed job with a pod for each',
+      (o) => {
+        o.Job.spec.completionMode = 'NonIndexed';
       },
     ],
     [
@@ -166,9 +174,22 @@ test('mistakes in them are found', () => {
       },
     ],
     [
-      'secret laglab with url',
+      'secret laglab with operator',
       (o) => {
-        o.Job.spec.template.spec.containers[0].env[0].valueFrom.secretKeyRef.name = 'laglab';
+        const env = o.StatefulSet.spec.template.spec.containers[0].env;
+        env.find((/** @type {Thing} */ one) => one.valueFrom?.secretKeyRef?.key === 'operator').valueFrom.secretKeyRef.name = 'laglab';
+      },
+    ],
+    [
+      'config map lag: has no instructions',
+      (o) => {
+        o.Job.spec.template.spec.volumes[0].configMap.name = 'lag';
+      },
+    ],
+    [
+      'claim rows is not there',
+      (o) => {
+        o.Job.spec.template.spec.volumes[1].persistentVolumeClaim.claimName = 'rows';
       },
     ],
     [
@@ -196,12 +217,6 @@ test('mistakes in them are found', () => {
       },
     ],
     [
-      'indexed job',
-      (o) => {
-        o.Job.spec.completionMode = 'NonIndexed';
-      },
-    ],
-    [
       'needs restartPolicy Never',
       (o) => {
         o.Job.spec.template.spec.restartPolicy = 'OnFailure';
@@ -216,7 +231,7 @@ test('mistakes in them are found', () => {
   ];
   const changed = (/** @type {(all: Record<string, Thing>) => void} */ change) => {
     const all = objects();
-    change(Object.fromEntries(all.filter((thing) => !/proxy/.test(thing.metadata.name)).map((thing) => [thing.kind, thing])));
+    change(Object.fromEntries(all.filter((thing) => !/proxy|merge/.test(thing.metadata.name)).map((thing) => [thing.kind, thing])));
     return all;
   };
   typeErrors(typed.map(([, change]) => changed(change))).forEach((errors, i) =>

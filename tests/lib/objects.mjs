@@ -69,8 +69,9 @@ export const pods = (/** @type {Thing[]} */ all) => all.filter((thing) => thing.
 const selects = (/** @type {Thing} */ selector, /** @type {Thing} */ pod) =>
   Object.entries(selector).every(([key, value]) => pod.spec.template.metadata.labels[key] === value);
 
-/** @param {Thing} workload @param {string} instructions the files that say how secrets are made @returns {string[]} */
-function podProblems(workload, instructions) {
+/** @param {Thing} workload @param {string[]} claims @param {string} instructions the files that say how secrets and config maps
+ * are made @returns {string[]} */
+function podProblems(workload, claims, instructions) {
   const pod = workload.spec.template.spec,
     problems = [],
     name = `${workload.kind} ${workload.metadata.name}`;
@@ -90,7 +91,13 @@ function podProblems(workload, instructions) {
   );
   say(pod.securityContext?.seccompProfile?.type === 'RuntimeDefault', 'seccomp profile');
   say(pod.automountServiceAccountToken === false, 'needs no token of the cluster');
-  for (const container of pod.containers) {
+  for (const { configMap, persistentVolumeClaim: claim } of pod.volumes ?? []) {
+    const generated = `configMapGenerator:\\n +- name: ${configMap?.name.replace(/-\w{10}$/, '')}\\n`,
+      made = new RegExp(`create configmap ${configMap?.name} --from-file=|${generated}`);
+    if (configMap) say(made.test(instructions), `config map ${configMap.name}: has no instructions to create it`);
+    if (claim) say(claims.includes(claim.claimName), `claim ${claim.claimName} is not there`);
+  }
+  for (const container of [...(pod.initContainers ?? []), ...pod.containers]) {
     const security = container.securityContext ?? {},
       ports = (container.ports ?? []).map((/** @type {Thing} */ port) => port.name);
     say(security.allowPrivilegeEscalation === false && security.readOnlyRootFilesystem === true, 'may gain privileges or write its root');
@@ -117,7 +124,12 @@ function podProblems(workload, instructions) {
     const [verb, ...rest] = container.args,
       help = spawnSync(BINARY, [verb, '--help'], { encoding: 'utf8' });
     say(help.status === 0, `laglab ${verb}`);
-    say(verb !== 'worker' || rest.includes('--store') || environment.includes('LAGLAB_STORE'), 'a worker without a store');
+    if (rest.join(' ').includes('--shard auto'))
+      say(
+        workload.spec.completionMode === 'Indexed' &&
+          container.env.some((/** @type {Thing} */ one) => one.name === 'LAGLAB_SHARDS' && Number(one.value) === workload.spec.completions),
+        'must be an indexed job with a pod for each of LAGLAB_SHARDS',
+      );
     for (const option of rest.filter((/** @type {string} */ word) => word.startsWith('--')))
       say(help.stdout.includes(`${option} `) || help.stdout.includes(`${option}\n`), `laglab ${verb} ${option}`);
   }
@@ -126,7 +138,8 @@ function podProblems(workload, instructions) {
 
 /** @param {Thing[]} all @param {string} instructions @returns {string[]} */
 export function problems(all, instructions) {
-  const found = pods(all).flatMap((workload) => podProblems(workload, instructions));
+  const claims = all.filter((thing) => thing.kind === 'PersistentVolumeClaim').map((thing) => thing.metadata.name);
+  const found = pods(all).flatMap((workload) => podProblems(workload, claims, instructions));
   const say = (/** @type {boolean} */ right, /** @type {string} */ what) => {
     if (!right) found.push(what);
   };
@@ -185,13 +198,11 @@ export function problems(all, instructions) {
         `${name}: scales no workload, or out of its limits`,
       );
     }
-    if (kind === 'Job') {
-      say(spec.completionMode === 'Indexed' && spec.completions >= spec.parallelism, `${name}: an indexed job has an index for each pod`);
+    if (kind === 'Job')
       say(
         spec.backoffLimitPerIndex === undefined || spec.template.spec.restartPolicy === 'Never',
         `${name}: backoffLimitPerIndex needs restartPolicy Never`,
       );
-    }
   }
   return found;
 }

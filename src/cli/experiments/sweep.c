@@ -1,5 +1,4 @@
 /* `laglab sweep`: runs an experiment on this machine, and resumes an interrupted one. */
-#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
 #include <signal.h>
