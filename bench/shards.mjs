@@ -58,9 +58,7 @@ const { totals, latency } = report,
 say(JSON.stringify({ ...row, closed: report.closed, statuses: report.statuses }));
 for (const finding of report.findings.slice(0, 20)) say(finding);
 const bad = broken(report);
-say(
-  `${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost or doubled, hashes of an undisturbed twin, whole classes.`,
-);
+say(`${bad.length ? `MISSED: ${bad.join(', ')}` : 'Met'}: no acknowledged command lost or doubled, the same hashes, whole classes.`);
 const command = `bench/run shards --sessions=${sessions} --classes=${classes} --faults=${count} --steady=${steady_s} --seed=${seed}`;
 writeCsv(
   'shards',

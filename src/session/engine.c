@@ -73,18 +73,6 @@ static void apply_entry(ll_session *s, const ll_log_entry *e)
     s->interruption.epoch++;
 }
 
-void ll_session_apply_due(ll_session *s)
-{
-    const ll_scenario_head *head = ll_session_head(s);
-    while (ll_timeline_tick(head, s->position.step, s->freq) <= s->tick) {
-        ll_status status = change_parameters(s, head->timeline[s->position.step++].set);
-        s->position.skipped += ll_failed(&status);
-    }
-    while (s->position.next < s->log.count && s->log.entries[s->position.next].tick <= s->tick)
-        apply_entry(s, &s->log.entries[s->position.next++]);
-    ll_session_refresh(s);
-}
-
 /* Starts to wake the session again, at its tick; nothing if it is already waking or seeking. */
 static void begin_rewake(ll_session *s)
 {
@@ -95,7 +83,8 @@ static void begin_rewake(ll_session *s)
     s->transition.target_tick = s->tick;
 }
 
-bool ll_session_refresh(ll_session *s)
+/* Brings a stale block to the present tick; false when it was interrupted. */
+static bool refresh(ll_session *s)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     ll_time now = ll_tick_time(s->tick, s->freq);
@@ -113,7 +102,20 @@ bool ll_session_refresh(ll_session *s)
     return true;
 }
 
-void ll_session_invalidate(ll_session *s)
+void ll_session_apply_due(ll_session *s)
+{
+    const ll_scenario_head *head = ll_session_head(s);
+    while (ll_timeline_tick(head, s->position.step, s->freq) <= s->tick) {
+        ll_status status = change_parameters(s, head->timeline[s->position.step++].set);
+        s->position.skipped += ll_failed(&status);
+    }
+    while (s->position.next < s->log.count && s->log.entries[s->position.next].tick <= s->tick)
+        apply_entry(s, &s->log.entries[s->position.next++]);
+    refresh(s);
+}
+
+/* The block was interrupted within a tick: rebuilds it. */
+static void invalidate(ll_session *s)
 {
     begin_rewake(s);
     ll_session_begin_rebuild(s, s->transition.target_tick);
@@ -199,7 +201,7 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
     ll_recorder kept;
     const ll_recorder *recorder = recorder_of(s, record, &kept);
     ll_step_profiler *step_profiler = s->meter.step_profiler.now_ns ? &s->meter.step_profiler : NULL;
-    if (!ll_session_refresh(s))
+    if (!refresh(s))
         return;
     while (s->tick < to && s->status != LL_SESSION_FAILED && !s->stale) {
         ll_session_take_checkpoint(s);
@@ -211,7 +213,7 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
         if (status.code == LL_INTERRUPTED) {
             s->interruption.happened = true;
             if (!s->interruption.restorable)
-                ll_session_invalidate(s);
+                invalidate(s);
             return;
         }
         if (step_profiler)
@@ -242,7 +244,8 @@ static ll_status run_tick_zero(ll_session *s, bool record)
                                      s->team);
 }
 
-void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)
+/* `checkpoint` NULL: from the beginning. */
+static void start_from(ll_session *s, const ll_checkpoint *checkpoint, bool record)
 {
     const void *config = checkpoint ? checkpoint->config : s->base;
     ll_status made = ll_ok();
@@ -291,7 +294,7 @@ static const ll_checkpoint *nearest_checkpoint(const ll_session *s, int64_t reco
 void ll_session_begin_rebuild(ll_session *s, int64_t tick)
 {
     int64_t record_from = ll_session_first_recorded(s, tick);
-    ll_session_start_from(s, nearest_checkpoint(s, record_from), record_from <= 0);
+    start_from(s, nearest_checkpoint(s, record_from), record_from <= 0);
     s->generation++;
     s->events.base = s->events.count;
     s->transition.record_from = record_from;

@@ -214,8 +214,6 @@ int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq fre
 /* ---- engine.c ---- */
 
 void ll_session_run(ll_session *s, int64_t to, bool record);
-void ll_session_start_from(ll_session *s, const ll_checkpoint *checkpoint,
-                           bool record);  /* checkpoint NULL: from the beginning */
 void ll_session_apply_due(ll_session *s); /* applies log and timeline up to the present tick */
 void ll_session_drop_checkpoints(ll_session *s, int64_t from); /* those of `from` and later ticks */
 void ll_session_emit_own(const ll_session *s, const char *op); /* emits an op to the session's own listener */
@@ -225,13 +223,10 @@ void ll_session_set_clock(ll_session *s, ll_time wall);        /* the present ti
 void ll_session_keep_event(void *context, const void *row);
 void ll_session_fail(ll_session *s, const ll_status *why);
 void ll_session_take_checkpoint(ll_session *s); /* takes a checkpoint if one is due */
-/* Brings a stale block to the present tick; false when it was interrupted. */
-bool ll_session_refresh(ll_session *s);
 /* Begins to rebuild the state of `tick` from the nearest checkpoint. */
 void ll_session_begin_rebuild(ll_session *s, int64_t tick);
 /* First tick whose events are kept on the way to `tick`: viewers show only the last seconds before it. */
 int64_t ll_session_first_recorded(const ll_session *s, int64_t tick);
-void ll_session_invalidate(ll_session *s); /* the block was interrupted within a tick: rebuild it */
 
 /* ---- transition.c ---- */
 

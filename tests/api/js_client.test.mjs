@@ -175,6 +175,24 @@ test('what is wrong is said before a request, or by the daemon', async () => {
   await cancelled.delete();
 });
 
+test('a package without types, as it is where nothing makes them, does not name any', async () => {
+  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-pack-'));
+  try {
+    await run('python3', [path.join(ROOT, 'clients/js/pack.py'), folder]);
+    const tar = async (/** @type {string[]} */ ...args) => (await run('tar', [...args], { cwd: folder })).stdout;
+    const names = (await tar('-tzf', 'laglab-0.2.0.tgz')).trim().split('\n');
+    assert.ok(names.includes('package/clients/js/laglab.js'));
+    assert.deepEqual(
+      names.filter((name) => name.endsWith('.d.ts')),
+      [],
+    );
+    const { exports } = JSON.parse(await tar('-xOzf', 'laglab-0.2.0.tgz', 'package/package.json'));
+    assert.deepEqual(exports, { '.': { default: './clients/js/laglab.js' } });
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
+
 test('the package that a daemon serves is installed by npm, offline, and has types', async () => {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-npm-'));
   try {

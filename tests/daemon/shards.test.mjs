@@ -1,5 +1,5 @@
-// Two shards behind HAProxy and nginx as deploy/shards configures them: what a client makes stays with its shard, and a shard that is killed
-// goes on from its folder while the other does not notice. Then three, of which one thing after the other fails.
+// Two shards behind HAProxy and nginx as deploy/shards configures them: what a client makes stays with its shard; one that is killed goes
+// on from its folder, and the other does not notice. Then three, of which one thing after the other fails.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';

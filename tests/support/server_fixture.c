@@ -248,9 +248,23 @@ void test_server_prepare(test_server *f)
     atomic_store(&f->send_hello, 1);
 }
 
+static bool has_started(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    test_server *f = context;
+    ll_status status = ll_error(LL_LIMIT, "starting");
+    if (!atomic_load(&f->starting)) {
+        return true;
+    }
+    ll_http_problem_later(response, request, 503, 1, &status);
+    return false;
+}
+
 void test_server_open(test_server *f)
 {
-    ll_http_app app = {.routes = routes, .route_count = sizeof routes / sizeof *routes};
+    ll_http_app app = {.routes = routes,
+                       .route_count = sizeof routes / sizeof *routes,
+                       .context = f,
+                       .started = has_started};
     ll_ws_hooks hooks = {.context = f,
                          .opened = on_opened,
                          .message = on_message,

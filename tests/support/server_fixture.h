@@ -23,6 +23,7 @@ typedef struct test_server {
     uint16_t port;
     size_t frame_bytes;
     atomic_bool publishing, end;
+    atomic_bool starting; /* its application has not all streams yet */
     atomic_uint generation, opened, closed, released;
     atomic_uint wanted, wanted_nothing; /* calls of hook `wanted` while not publishing, and those in which
                                            ll_ws_wants had no channel */

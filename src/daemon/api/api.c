@@ -11,8 +11,9 @@
 #include "daemon/support/tasks.h"
 #include "session/scenario.h"
 
-bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response)
+bool ll_api_started(void *context, const ll_http_request *request, ll_http_response *response)
 {
+    ll_api *api = context;
     if (atomic_load(&api->phase) != LL_API_STARTING)
         return true;
     ll_status error = ll_error(LL_LIMIT, "The daemon is starting.");

@@ -50,7 +50,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 /* ---- helpers of handlers ---- */
 
 /* False when the daemon is not ready for sessions; a 503 was answered. */
-bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
+bool ll_api_started(void *api, const ll_http_request *request, ll_http_response *response);
 
 /* The session of the path's first parameter; NULL: a 404 or 503 was answered. */
 ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);

@@ -1,4 +1,4 @@
-/* A session of the daemon: its memory, who it is, what a key permits on it, what it counts. */
+/* A session of the daemon: its memory, who it is, what a key permits on it, what it counts, its viewers. */
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -41,11 +41,30 @@ ll_session_entry *ll_session_entry_new(ll_host *host)
     return session_entry;
 }
 
+void ll_session_entry_retain(ll_session_entry *session_entry)
+{
+    atomic_fetch_add(&session_entry->shared.references, 1);
+}
+
+static void free_viewers(ll_session_entry *session_entry)
+{
+    while (session_entry->inbox.viewers) {
+        ll_viewer *viewer = session_entry->inbox.viewers;
+        session_entry->inbox.viewers = viewer->next;
+        free(viewer);
+    }
+    while (session_entry->inbox.inputs) {
+        ll_stream_input *input = session_entry->inbox.inputs;
+        session_entry->inbox.inputs = input->next;
+        free(input);
+    }
+}
+
 void ll_session_entry_release(ll_session_entry *session_entry)
 {
     if (!session_entry || atomic_fetch_sub(&session_entry->shared.references, 1) > 1)
         return;
-    ll_viewers_free(session_entry);
+    free_viewers(session_entry);
     ll_store_batch_free(&session_entry->stored.collected);
     ll_frame_state_clear(&session_entry->published.last);
     if (session_entry->session)
@@ -108,11 +127,6 @@ void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes)
     ll_class_key *key = atomic_load(&session_entry->shared.class_key);
     if (key)
         atomic_fetch_add(&key->used[LL_KEY_LOGS], bytes);
-}
-
-ll_class_key *ll_host_named_key(const ll_host *host, const char *name)
-{
-    return ll_access_named_key(host->config.access, name);
 }
 
 void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key)
@@ -223,4 +237,54 @@ void ll_host_set_guests(ll_host *host, ll_host_guest_role *role, void *context)
 {
     host->guest_role = role;
     host->guest_context = context;
+}
+
+/* ---- viewers, and the worker ---- */
+
+bool ll_viewers_any(ll_session_entry *session_entry)
+{
+    return atomic_load(&session_entry->inbox.viewer_count) > 0;
+}
+
+void ll_viewers_close(ll_session_entry *session_entry, const char *reason)
+{
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next)
+        ll_ws_close(session_entry->host->ws, v->id, LL_WS_TRY_LATER, reason);
+    pthread_mutex_unlock(&session_entry->inbox.lock);
+}
+
+void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role)
+{
+    pthread_mutex_lock(&session_entry->inbox.lock);
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next) {
+        if (v->guest && v->role == role)
+            v->role = LL_ROLE_NONE;
+    }
+    pthread_mutex_unlock(&session_entry->inbox.lock);
+}
+
+void ll_session_entry_notify(ll_session_entry *session_entry)
+{
+    ll_worker *worker = &session_entry->host->workers[session_entry->identity.worker];
+    atomic_store(&session_entry->shared.pending, true);
+    pthread_mutex_lock(&worker->lock);
+    if (!session_entry->active && !worker->stopping) {
+        if (worker->count == worker->capacity) {
+            int capacity = worker->capacity ? worker->capacity * 2 : 64;
+            ll_active *bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
+            if (bigger) {
+                worker->active = bigger;
+                worker->capacity = capacity;
+            }
+        }
+        if (worker->count < worker->capacity) {
+            ll_session_entry_retain(session_entry);
+            session_entry->active = true;
+            worker->active[worker->count++] = (ll_active){session_entry, session_entry->identity.slot};
+            if (worker->count == 1)
+                pthread_cond_signal(&worker->wake);
+        }
+    }
+    pthread_mutex_unlock(&worker->lock);
 }

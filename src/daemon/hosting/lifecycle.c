@@ -82,7 +82,8 @@ static void add_stored(void *context, const ll_stored *stored)
     mine->tick = stored->tick;
     mine->head_tick = stored->head_tick;
     mine->lines = stored->lines;
-    ll_session_entry_set_class_key(session_entry, ll_host_named_key(host, stored->class_key));
+    ll_session_entry_set_class_key(session_entry,
+                                   ll_access_named_key(host->config.access, stored->class_key));
     ll_session_entry_count_log(session_entry, stored->log_bytes);
     session_entry->identity.created_ms = stored->created_ms;
     if (!ll_session_entry_set_keys(session_entry, stored->keys, stored->key_count)) {

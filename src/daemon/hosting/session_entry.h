@@ -216,41 +216,32 @@ struct ll_host {
     ll_host_usage usage;
 };
 
+/* ---- entry.c ---- */
+
+ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not registered */
+void ll_session_entry_retain(ll_session_entry *session_entry);
+/* Once; false without memory. */
+bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys, int count);
 /* As ll_session_entry_role; `guest`: by another's key. */
 int ll_session_entry_find_role(const ll_session_entry *session_entry, const char *key, size_t length,
                                bool *guest);
-
-/* ---- inbox.c ---- */
-
-bool ll_viewers_any(ll_session_entry *session_entry);
-void ll_viewers_close(ll_session_entry *session_entry, const char *reason); /* closes all viewers */
-void ll_viewers_free(ll_session_entry *session_entry);                      /* when the session is freed */
-
-/* ---- notify.c ---- */
-
-void ll_session_entry_retain(ll_session_entry *session_entry);
-void ll_session_entry_notify(
-    ll_session_entry *session_entry); /* the worker visits it in its next slot; any thread */
-
-/* ---- host.c ---- */
-
-ll_status ll_host_check_store(ll_host *host);          /* LL_IO while the store fails */
-ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not registered */
-bool ll_session_entry_set_keys(ll_session_entry *session_entry, const ll_key_hash *keys,
-                               int count); /* once; false without memory */
-void ll_session_entry_count_log(ll_session_entry *session_entry,
-                                int64_t bytes);                         /* of its lines; may be negative */
-ll_class_key *ll_host_named_key(const ll_host *host, const char *name); /* NULL: there is none */
+void ll_session_entry_count_log(ll_session_entry *session_entry, int64_t bytes); /* may be negative */
 /* It counts for the key from here on; `key` may be NULL. Before it is registered. */
 void ll_session_entry_set_class_key(ll_session_entry *session_entry, ll_class_key *key);
 void ll_session_entry_leave_class_key(ll_session_entry *session_entry);        /* and no longer */
 void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line function */
 void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
-void ll_session_entry_update_stats(
-    ll_session_entry *session_entry); /* updates status and memory for the statistics; locked */
+void ll_session_entry_update_stats(ll_session_entry *session_entry); /* status and memory; locked */
 /* Reserves the memory of the session when awake; LL_NO_MEMORY when other sessions leave too little.
  * Locked. */
 ll_status ll_session_entry_fits(ll_session_entry *session_entry);
+bool ll_viewers_any(ll_session_entry *session_entry);
+void ll_viewers_close(ll_session_entry *session_entry, const char *reason); /* closes all viewers */
+void ll_session_entry_notify(ll_session_entry *session_entry); /* the worker visits it in its next slot */
+
+/* ---- host.c ---- */
+
+ll_status ll_host_check_store(ll_host *host); /* LL_IO while the store fails */
 bool ll_session_entry_is_heavy(
     const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
 ll_status ll_session_entry_gone(void);      /* LL_NOT_FOUND: it was deleted meanwhile */
@@ -278,13 +269,14 @@ int64_t ll_host_count_stem(ll_host *host, const char *stem); /* sessions here wi
 
 /* ---- command.c ---- */
 
-bool ll_host_discard(ll_host *host, ll_session_entry *session_entry,
-                     uint64_t *ticket); /* false: it was already discarded */
+/* False: it was discarded already. */
+bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket);
+
 /* ---- stored.c ---- */
 
 void ll_session_entry_save(ll_session_entry *session_entry); /* queues the row; locked */
-ll_status
-ll_session_entry_load(ll_session_entry *session_entry); /* of a session that is stored only; locked */
+/* Of a session that is stored only; locked. */
+ll_status ll_session_entry_load(ll_session_entry *session_entry);
 
 /* ---- worker.c ---- */
 

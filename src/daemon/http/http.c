@@ -154,8 +154,6 @@ typedef struct forwarded_list {
     char text[1024]; /* keep the end of it, which has the trusted part */
 } forwarded_list;
 
-enum { CONTROL_THREADS = 4 }; /* unless the configuration says how many */
-
 static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, const char *name,
                                      const char *value)
 {
@@ -432,8 +430,7 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
     if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
         http->request_seed = (uint64_t)ll_http_now(); /* ids must only differ */
     }
-    int control = config->control_threads > 0 ? (int)config->control_threads : CONTROL_THREADS;
-    while (http->control_threads < control && ll_http_start_control(http)) {
+    while (http->control_threads < config->control_threads && ll_http_start_control(http)) {
     }
     http->daemon = http->control_threads > 0 ? start_daemon(http) : NULL;
     if (http->daemon == NULL) {

@@ -91,8 +91,6 @@ void ll_http_json(ll_http_response *response, int status,
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text); /* copies it */
 /* For HEAD: headers of an answer whose body was not made; its length is not sent. */
 void ll_http_no_body(ll_http_response *response, const char *type);
-/* Takes ownership of `bytes` (malloc'ed). */
-void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size);
 
 typedef void ll_http_handler(void *context, const ll_http_request *request, ll_http_response *response);
 
@@ -117,7 +115,9 @@ typedef struct ll_http_route {
 typedef struct ll_http_app {
     const ll_http_route *routes; /* the first match wins */
     int route_count;
-    void *context;     /* of the handlers */
+    void *context; /* of the handlers */
+    /* Whether all that is stored has its stream; if not it answers 503. NULL: it has. */
+    bool (*started)(void *context, const ll_http_request *request, ll_http_response *response);
     const char *shard; /* of this daemon: each request may say ?shard= with it. Empty or NULL: none may */
     struct ll_tasks *tasks; /* for LL_HTTP_TASK */
     /* Called after each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and

@@ -84,7 +84,8 @@ void ll_http_clear(ll_http_response *response)
     *response = (ll_http_response){.status = 200};
 }
 
-void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size)
+/* Takes ownership of `bytes` (malloc'ed). */
+static void take_bytes(ll_http_response *response, int status, const char *type, char *bytes, size_t size)
 {
     free(response->bytes);
     response->bytes = bytes;
@@ -114,7 +115,7 @@ void ll_http_json(ll_http_response *response, int status, const cJSON *json)
         response->failed = true;
         return;
     }
-    ll_http_take(response, status, "application/json", text, strlen(text));
+    take_bytes(response, status, "application/json", text, strlen(text));
 }
 
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text)

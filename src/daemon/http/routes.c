@@ -187,6 +187,10 @@ static void begin_stream(http_exchange *exchange, const char *version)
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
     if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
+        if (http->app.started != NULL &&
+            !http->app.started(http->app.context, request, &exchange->response)) {
+            return;
+        }
         static const char *const names[LL_STREAM_KINDS] = {"session", "experiment", "class"};
         error = ll_error(LL_NOT_FOUND, "%s not found", names[upgrade.kind]);
         status = 404;

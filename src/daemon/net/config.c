@@ -26,8 +26,8 @@ static const ll_param rows[] = {
          "Addresses or networks of trusted proxies, comma separated: their X-Forwarded-For names the client, "
          "which then has limits of its own."),
     COUNT(http_threads, 1, 16, 2, NULL, "Threads that read requests and run fast handlers."),
-    COUNT(control_threads, 0, 64, 0, NULL,
-          "Threads for short requests that wait until their change is stored; 0: 4."),
+    COUNT(control_threads, 1, 64, 4, NULL,
+          "Threads for short requests that wait until their change is stored."),
     REAL(request_cpu_s, 0.01, 86400, 20, "s",
          "Processor time of one request; beyond it the answer is 503 with the progress so far."),
     COUNT(stream_threads, 1, 16, 1, NULL, "Threads that send frames; a session's viewers share one."),

@@ -155,6 +155,7 @@ static ll_status start(daemon_parts *d)
         .routes = d->api.routes,
         .route_count = d->api.route_count,
         .context = &d->api,
+        .started = ll_api_started,
         .shard = d->host_config.shard,
         .tasks = d->tasks,
         .done = ll_api_done,

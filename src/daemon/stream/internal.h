@@ -137,7 +137,6 @@ typedef struct ws_viewer_messages {
     size_t received_size, received_capacity;
     double tokens; /* of the rate limit */
     int64_t tokens_ns;
-    bool rate_said;
 } ws_viewer_messages;
 
 /* The end of the connection. */

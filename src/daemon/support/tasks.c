@@ -300,14 +300,15 @@ static void wait_for_turn(ll_task *t)
     pthread_mutex_unlock(&p->lock);
 }
 
-double ll_task_used_s(const ll_task *t)
+/* Processor time so far. */
+static double used_s(const ll_task *t)
 {
     return (double)(clock_ns(CLOCK_THREAD_CPUTIME_ID) - t->cpu_from) * 1e-9;
 }
 
 bool ll_task_yield(ll_task *t)
 {
-    if (t->order.budget_s > 0 && ll_task_used_s(t) > t->order.budget_s)
+    if (t->order.budget_s > 0 && used_s(t) > t->order.budget_s)
         ll_task_stop(t, LL_TASK_OVER_BUDGET);
     if (ll_task_end_reason(t) != LL_TASK_RUNNING)
         return false;

@@ -61,7 +61,6 @@ void ll_task_stop(ll_task *task, ll_task_end why); /* keeps the first reason */
 
 bool ll_task_yield(ll_task *task); /* may wait for the next turn */
 ll_task_end ll_task_end_reason(const ll_task *task);
-double ll_task_used_s(const ll_task *task); /* processor time so far */
 /* The error to answer with when it was stopped; `how_far` is the progress, as in the text of
  * LL_INTERRUPTED. */
 ll_status ll_task_error(const ll_task *task, const char *how_far);

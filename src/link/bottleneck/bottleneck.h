@@ -68,16 +68,3 @@ typedef struct ll_bottleneck_fate {
 /* A packet of `bytes` enters at `now`, which is not before the last one. `capable`: of ECN, so that it can be
  * marked. */
 ll_bottleneck_fate ll_bottleneck_enter(ll_bottleneck *queue, ll_time now, int64_t bytes, bool capable);
-
-/* Whether the discipline drops a packet that enters at `now` and would be served at `served`. */
-typedef struct ll_discipline_rule {
-    const char *name;
-    bool (*drops)(ll_bottleneck *queue, ll_time now, ll_time served);
-} ll_discipline_rule;
-
-#define LL_DISCIPLINE_DECLARE(KIND, NAME) extern const ll_discipline_rule ll_discipline_##NAME;
-LL_DISCIPLINES(LL_DISCIPLINE_DECLARE)
-#undef LL_DISCIPLINE_DECLARE
-
-/* Time that `bytes` take at the rate. */
-ll_time ll_bottleneck_transmission(const ll_bottleneck_params *params, int64_t bytes);

@@ -19,7 +19,8 @@ typedef enum ll_dejitter_choice {
     LL_DEJITTER_ARRIVAL,
     LL_DEJITTER_SEND_TIME,
     LL_DEJITTER_MIRROR,
-    LL_DEJITTER_NFE
+    LL_DEJITTER_NFE,
+    LL_DEJITTER_CHOICES
 } ll_dejitter_choice;
 
 typedef struct ll_dejitter_params {
@@ -70,3 +71,33 @@ ll_time
 ll_dejitter_delay(const ll_dejitter *buffer); /* current delay after arrival, or after the fastest packet */
 const ll_dejitter_stats *ll_dejitter_get_stats(const ll_dejitter *buffer);
 bool ll_dejitter_valid(const ll_dejitter *buffer); /* checks the whole structure, for LL_VALIDATE */
+
+/* ---- policies, and what tests of them know; each costs a few multiplications per packet ---- */
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* part of a block that is hashed */
+
+/* History of the packets so far; each policy owns its estimates. */
+typedef struct ll_dejitter_history {
+    int64_t packets;                                /* before the current one */
+    ll_time sent, arrived;                          /* of the last packet */
+    ll_time delay;                                  /* current one */
+    double gap_ms, spread_ms, arrivals_ms, late_ms; /* running averages */
+} ll_dejitter_history;
+
+#pragma GCC diagnostic pop
+
+/* The current packet. */
+typedef struct ll_dejitter_arrival {
+    ll_time sent, arrived;
+    double late_ms; /* relative to the fastest packet, at least 0 */
+} ll_dejitter_arrival;
+
+typedef struct ll_dejitter_policy {
+    /* Due `delay` after sending, in the order of sending; else after arrival, in that order. */
+    bool by_sending;
+    ll_time (*delay)(ll_dejitter_history *history, const ll_dejitter_params *params,
+                     const ll_dejitter_arrival *packet);
+} ll_dejitter_policy;
+
+extern const ll_dejitter_policy ll_dejitter_policies[]; /* in the order of ll_dejitter_choice */

@@ -1,6 +1,5 @@
-/* Shared by the files of this room: a packet's way through the stages of a link, one file per stage and, for
- * loss and delay, one per model. Cost per packet: a disabled stage costs a comparison or two, an enabled one
- * a draw (a hash of three words) and its model. */
+/* Shared by the files of this room: a packet's way through the stages of a link. Cost per packet: a disabled
+ * stage costs a comparison or two, an enabled one a draw (a hash of three words) and its model. */
 #pragma once
 
 #include "base/rng.h"
@@ -92,8 +91,7 @@ typedef struct ll_memory {
 
 /* Decides about one packet. If an earlier stage lost it, only the memory changes. */
 typedef void ll_stage_pass(ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
-ll_stage_pass ll_stage_duplicate, ll_stage_loss, ll_stage_corrupt, ll_stage_limit, ll_stage_delay,
-    ll_stage_reorder, ll_stage_rate;
+ll_stage_pass ll_stage_loss, ll_stage_limit, ll_stage_delay, ll_stage_rate;
 ll_stage_pass ll_stage_trace, ll_stage_cells, ll_stage_table, ll_stage_capacity, ll_stage_slot,
     ll_stage_bottleneck;
 
@@ -158,27 +156,13 @@ static inline bool ll_window_open(double at_ms, double every_ms, double length_m
     return (every > 0 ? since % every : since) < ll_ms(length_ms);
 }
 
-/* ---- models ---- */
-
-typedef struct ll_loss_model {
-    const char *name;
-    bool (*lost)(const ll_passage *passage, int32_t *state); /* the state starts at 0 */
-} ll_loss_model;
-
-#define LL_LOSS_DECLARE(KIND, NAME) extern const ll_loss_model ll_loss_##NAME;
-LL_LOSS_MODELS(LL_LOSS_DECLARE)
-#undef LL_LOSS_DECLARE
-extern const ll_loss_model *const ll_loss_models[]; /* in the order of ll_loss, NULL-terminated */
+/* ---- distributions of delays ---- */
 
 typedef struct ll_delay_model {
-    const char *name;
     double (*variate)(double u); /* quantile function, u in [0, 1] */
-    double (*deviate_corr)(
-        double corr); /* correlation of normal deviates whose variates have the correlation `corr` */
-    double max;       /* of the variate */
+    /* Correlation of normal deviates whose variates have the correlation `corr`. */
+    double (*deviate_corr)(double corr);
+    double max; /* of the variate */
 } ll_delay_model;
 
-#define LL_DELAY_DECLARE(KIND, NAME) extern const ll_delay_model ll_delay_##NAME;
-LL_DELAY_MODELS(LL_DELAY_DECLARE)
-#undef LL_DELAY_DECLARE
-extern const ll_delay_model *const ll_delay_models[]; /* in the order of ll_distribution, NULL-terminated */
+extern const ll_delay_model ll_delay_models[LL_DISTRIBUTIONS];

@@ -202,15 +202,6 @@ const ll_delivery_class *ll_delivery_of(const ll_transport *t);
 
 /* ---- congestion control ---- */
 
-typedef struct ll_congestion {
-    double kept; /* share of the window after a loss */
-    /* Growth in congestion avoidance for `bytes` acknowledged; slow start is common to all. */
-    void (*grow)(ll_window *window, const ll_rtt *rtt, double mss, double bytes, ll_time now);
-    void (*lost)(ll_window *window, double mss, ll_time now); /* before the window is reduced */
-} ll_congestion;
-
-extern const ll_congestion ll_congestion_reno, ll_congestion_cubic;
-
 void ll_window_init(ll_window *window, double mss);
 /* `full`: the window limited the sender. */
 void ll_window_acked(const ll_transport *t, ll_sender *s, double bytes, bool full, ll_time now);

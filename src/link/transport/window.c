@@ -1,7 +1,75 @@
-/* The congestion window: what reno and cubic share (RFC 5681, RFC 9002). In bytes of messages. */
+/* The congestion window (RFC 5681, RFC 9002), in bytes of messages, and its controls. */
+#include "base/detmath.h"
 #include "link/transport/core.h"
 
-static const ll_congestion *const controls[LL_CONGESTION_KINDS] = {&ll_congestion_reno, &ll_congestion_cubic};
+typedef struct congestion {
+    double kept; /* share of the window after a loss */
+    /* Growth in congestion avoidance for `bytes` acknowledged; slow start is common to all. */
+    void (*grow)(ll_window *window, const ll_rtt *rtt, double mss, double bytes, ll_time now);
+    void (*lost)(ll_window *window, double mss, ll_time now); /* before the window is reduced */
+} congestion;
+
+/* ---- reno: additive increase, multiplicative decrease: RFC 5681, RFC 6582 ---- */
+
+static void reno_grow(ll_window *w, const ll_rtt *rtt, double mss, double bytes, ll_time now)
+{
+    (void)rtt, (void)now;
+    w->bytes += mss * bytes / w->bytes;
+}
+
+static void reno_lost(ll_window *w, double mss, ll_time now)
+{
+    (void)w, (void)mss, (void)now;
+}
+
+/* ---- cubic: RFC 9438, without fast convergence and HyStart: W(t) = C (t - K)^3 + W_max in mss and s, and
+ * never below what Reno would have ---- */
+
+#define CUBIC_C 0.4
+#define CUBIC_BETA 0.7
+#define RENO_SHARE                                                                                           \
+    (3 * (1 - CUBIC_BETA) / (1 + CUBIC_BETA)) /* mss per round trip with which Reno has the same mean */
+
+static double cube_root(double x)
+{
+    return x > 0 ? ll_exp(ll_detmath_log(x) / 3) : 0;
+}
+
+static void cubic_begin(ll_window *w, double mss, ll_time now)
+{
+    w->since = now;
+    if (w->plateau * mss < w->bytes)
+        w->plateau = w->bytes / mss;
+    w->root = cube_root((w->plateau - w->bytes / mss) / CUBIC_C);
+}
+
+static void cubic_grow(ll_window *w, const ll_rtt *rtt, double mss, double bytes, ll_time now)
+{
+    if (w->since == LL_LONG_AGO)
+        cubic_begin(w, mss, now);
+    double round_trip = ll_to_s(rtt->smoothed), t = ll_to_s(now - w->since), d = t + round_trip - w->root;
+    double target = CUBIC_C * d * d * d + w->plateau, now_mss = w->bytes / mss;
+    double reno = w->plateau * CUBIC_BETA + (round_trip > 0 ? RENO_SHARE * t / round_trip : 0);
+    target = target > 1.5 * now_mss ? 1.5 * now_mss : target;
+    if (target > now_mss)
+        now_mss += (target - now_mss) / now_mss * (bytes / mss);
+    if (reno > now_mss)
+        now_mss = reno;
+    w->bytes = now_mss * mss;
+}
+
+static void cubic_lost(ll_window *w, double mss, ll_time now)
+{
+    (void)now;
+    w->plateau = w->bytes / mss;
+    w->since = LL_LONG_AGO;
+}
+
+static const congestion controls[LL_CONGESTION_KINDS] = {
+    [LL_CONGESTION_RENO] = {.kept = 0.5, .grow = reno_grow, .lost = reno_lost},
+    [LL_CONGESTION_CUBIC] = {.kept = CUBIC_BETA, .grow = cubic_grow, .lost = cubic_lost}};
+
+/* ---- the window ---- */
 
 #define WINDOW_MIN 2 /* mss */
 
@@ -23,12 +91,12 @@ void ll_window_acked(const ll_transport *t, ll_sender *s, double bytes, bool ful
     if (w->bytes < w->threshold)
         w->bytes += bytes;
     else
-        controls[t->congestion]->grow(w, &s->rtt, mss_of(t), bytes, now);
+        controls[t->congestion].grow(w, &s->rtt, mss_of(t), bytes, now);
 }
 
 static void reduce(const ll_transport *t, ll_sender *s, ll_time now)
 {
-    const ll_congestion *control = controls[t->congestion];
+    const congestion *control = &controls[t->congestion];
     ll_window *w = &s->window;
     double least = WINDOW_MIN * mss_of(t);
     control->lost(w, mss_of(t), now);

@@ -416,6 +416,21 @@ static void test_kept(void **state)
     assert_int_equal(ll_web_server_get_stats(f.web_server).bridged - before, 200);
 }
 
+/* A 404 would tell viewers that a stored session is gone. */
+static void test_unknown_while_starting(void **state)
+{
+    (void)state;
+    atomic_store(&f.starting, true);
+    assert_int_equal(upgrade_status("nobody", BIN, ""), 503);
+    assert_int_equal(upgrade_status("s0", BIN, ""), 101);
+    int fd = net_connect(f.port);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(viewer_upgrade(fd, "nobody", BIN, ""), 503);
+    close(fd);
+    atomic_store(&f.starting, false);
+    assert_int_equal(upgrade_status("nobody", BIN, ""), 404);
+}
+
 static void test_kept_refusals(void **state)
 {
     (void)state;
@@ -558,6 +573,7 @@ int main(void)
         cmocka_unit_test(test_deaf),
         cmocka_unit_test(test_delete),
         cmocka_unit_test(test_kept),
+        cmocka_unit_test(test_unknown_while_starting),
         cmocka_unit_test(test_kept_refusals),
         cmocka_unit_test(test_all_at_once),
         cmocka_unit_test(test_slow_reader_bridged),

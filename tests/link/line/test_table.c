@@ -27,25 +27,6 @@ static void the_table_is_sound(void **state)
     assert_string_equal(ll_param_table_valid(&ll_link_table).text, "");
 }
 
-static const char *const *choices_of(const char *name)
-{
-    ll_link_params params;
-    return ll_param_find(&ll_link_table, &params, name, NULL)->choices;
-}
-
-static void choices_follow_the_models(void **state)
-{
-    (void)state;
-    const char *const *distributions = choices_of("distribution"), *const *losses = choices_of("loss_model");
-    int n = 0;
-    for (; ll_delay_models[n]; n++)
-        assert_string_equal(distributions[n], ll_delay_models[n]->name);
-    assert_null(distributions[n]);
-    for (n = 0; ll_loss_models[n]; n++)
-        assert_string_equal(losses[n], ll_loss_models[n]->name);
-    assert_null(losses[n]);
-}
-
 /* By default nothing is drawn, so that nothing costs. */
 static void defaults_are_plain(void **state)
 {
@@ -164,7 +145,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_table_is_sound),
-        cmocka_unit_test(choices_follow_the_models),
         cmocka_unit_test(defaults_are_plain),
         cmocka_unit_test(stages_are_used_by_their_rows),
         cmocka_unit_test(contradictory_parameters_are_rejected),

@@ -87,8 +87,8 @@ _Static_assert(sizeof references / sizeof references[0] == LL_DISTRIBUTIONS, "a 
 static void variates_are_those_of_the_header(void **state)
 {
     (void)state;
-    for (int d = 0; ll_delay_models[d]; d++) {
-        const ll_delay_model *model = ll_delay_models[d];
+    for (int d = 0; d < LL_DISTRIBUTIONS; d++) {
+        const ll_delay_model *model = &ll_delay_models[d];
         assert_within(expectation(references[d].variate, 1), 0, 1e-9);
         assert_within(expectation(references[d].variate, 2), references[d].variance, 1e-9);
         double before = -1e9;
@@ -122,7 +122,7 @@ static double *delays_of(const ll_link_params *params)
 static void delays_have_their_moments(void **state)
 {
     (void)state;
-    for (int d = 0; ll_delay_models[d]; d++) {
+    for (int d = 0; d < LL_DISTRIBUTIONS; d++) {
         ll_link_params params = link_params();
         params.delay_ms = MIDDLE;
         params.jitter_ms = JITTER;
@@ -137,8 +137,8 @@ static void delays_have_their_moments(void **state)
         double fourth = expectation(references[d].variate, 4), want = references[d].variance;
         assert_within(mean, 0, 3 * sqrt(want / COUNT));
         assert_within(variance, want, 3 * sqrt((fourth - want * want) / COUNT));
-        assert_true(most <= ll_delay_models[d]->max + 1e-6 && most > 0.95 * ll_delay_models[d]->max);
-        assert_within(ll_link_delay_max_ms(&params, 0), MIDDLE + JITTER * ll_delay_models[d]->max, 1e-9);
+        assert_true(most <= ll_delay_models[d].max + 1e-6 && most > 0.95 * ll_delay_models[d].max);
+        assert_within(ll_link_delay_max_ms(&params, 0), MIDDLE + JITTER * ll_delay_models[d].max, 1e-9);
         free(delays);
     }
 }
@@ -169,7 +169,7 @@ static void correlation_leaves_mean_and_variance(void **state)
 {
     (void)state;
     static const double corrs[] = {5, 25, 50, 90};
-    for (int d = 0; ll_delay_models[d]; d++)
+    for (int d = 0; d < LL_DISTRIBUTIONS; d++)
         for (int c = 0; c < 4; c++) {
             ll_link_params params = link_params();
             params.delay_ms = MIDDLE;
@@ -211,10 +211,10 @@ static double correlation_by_series(const ll_delay_model *model, double variance
 static void deviates_are_correlated_as_variates_need(void **state)
 {
     (void)state;
-    for (int d = 0; ll_delay_models[d]; d++)
+    for (int d = 0; d < LL_DISTRIBUTIONS; d++)
         for (double corr = 0.05; corr < 0.96; corr += 0.1) {
-            double rho = ll_delay_models[d]->deviate_corr(corr);
-            double got = correlation_by_series(ll_delay_models[d], references[d].variance, rho);
+            double rho = ll_delay_models[d].deviate_corr(corr);
+            double got = correlation_by_series(&ll_delay_models[d], references[d].variance, rho);
             assert_within(got, corr, references[d].corr_error);
         }
 }
