@@ -86,7 +86,7 @@ after all events of its time; other formats have the same columns. Its first col
 ${kinds.map(({ kind, tables }) => `### ${TITLES[kind] ?? kind}\n\n${tables.map(columns).join('\n')}`).join('\n')}
 ## Results
 
-The tables of [experiments](experiments.md) as CSV, NDJSON, JSON, Parquet and SQLite. Parameters and metrics are columns named by their
+The tables of [experiments](experiments.md) as CSV, NDJSON, JSON and SQLite. Parameters and metrics are columns named by their
 paths, parameters with their unit; [metrics](metrics.md) says what each is. In other columns of a metric \`*\` is its path and a point:
 \`players.0.remote_error_m.mean.ci95\`.
 

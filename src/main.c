@@ -20,7 +20,7 @@ static const struct {
      "[--workload LOG] [--record-inputs FILE] [--link-trace PATH=FILE]... [--text]",
      "run a scenario as fast as it goes and print its metrics", ll_verb_run},
     {"sweep",
-     "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] "
+     "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|sqlite] [--points] "
      "[--shard I/N|auto] [--report FILE.html] [--traces DIR] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
     {"advise",
@@ -46,14 +46,14 @@ static const struct {
     {"problems", "", "list the problems of motion, with their parameters", ll_verb_problems},
     {"work-precision",
      "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S] [--seeds N] [--out FILE] "
-     "[--format csv|ndjson|json|parquet|sqlite] [--report FILE.html]",
+     "[--format csv|ndjson|json|sqlite] [--report FILE.html]",
      "measure each method's error against its cost; of a scenario by cells, particles, sweeps, substeps or "
      "updates",
      ll_verb_work_precision},
     {"tradeoff",
      "[FAMILY...] [--methods A,B,...] [--seeds N] [--check-seeds N] [--duration S] [--out FILE] [--winners "
      "FILE] "
-     "[--format csv|ndjson|json|parquet|sqlite] [--report FILE.html] [--svg FILE]",
+     "[--format csv|ndjson|json|sqlite] [--report FILE.html] [--svg FILE]",
      "speed against error of families of methods: fronts, and the cheapest at three levels of error, "
      "measured "
      "again",

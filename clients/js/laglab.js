@@ -117,11 +117,6 @@ export class Daemon {
     return (await this.answer(method, path, wish)).text();
   }
 
-  /** The same with its bytes. @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<Uint8Array>} */
-  async bytes(method, path, wish) {
-    return new Uint8Array(await (await this.answer(method, path, wish)).arrayBuffer());
-  }
-
   /** The same with the JSON of the answer; null when it has none.
    * @param {string} method @param {string} path @param {RequestWish} [wish] @returns {Promise<any>} */
   async json(method, path, wish) {
@@ -296,11 +291,6 @@ export class Session {
   /** The same as rows. @param {TraceWish} [wish] @returns {Promise<Row[]>} */
   table(wish) {
     return this.json('GET', '/trace', { query: wish });
-  }
-
-  /** The same as a Parquet file. @param {TraceWish} [wish] @returns {Promise<Uint8Array>} */
-  parquet(wish) {
-    return this.daemon.bytes('GET', `sessions/${this.id}/trace`, { key: this.key, query: wish, accept: 'application/vnd.apache.parquet' });
   }
 
   /** The log, which `laglab replay` runs again. @returns {Promise<string>} */

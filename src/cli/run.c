@@ -286,7 +286,7 @@ static int output_options(run_options *a, ll_option *options)
     const ll_option outputs[] = {
         {.name = "--trace",
          .takes = "FILE",
-         .help = "Writes a table with a row per tick; csv, ndjson, json, parquet or sqlite by its ending.",
+         .help = "Writes a table with a row per tick; csv, ndjson, json or sqlite by its ending.",
          .value = &a->trace},
         {.name = "--trace-of",
          .takes = "RECORD=FILE",

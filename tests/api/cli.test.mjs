@@ -9,6 +9,7 @@ import { availableParallelism, tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import Ajv2020 from 'ajv/dist/2020.js';
+import { parseCsv } from '../lib/csv.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
@@ -254,27 +255,6 @@ test('who joins again predicts from the state that it joins with', () => {
     assert.ok(b.own_timeline_error_m.rms < 0.1, `seed ${seed}, ${lag} ms: ${b.own_timeline_error_m.rms} m`);
   }
 });
-
-/** RFC 4180, nothing forgiven: records end with CRLF, and a quote stands at the beginning and the end of a field only. */
-function parseCsv(text) {
-  const rows = [];
-  let row = [],
-    at = 0;
-  while (at < text.length) {
-    const field = /(?:"((?:[^"]|"")*)"|([^",\r\n]*))(,|\r\n)/y;
-    field.lastIndex = at;
-    const found = field.exec(text);
-    assert.ok(found, `not CSV at ${at}: ${JSON.stringify(text.slice(at, at + 40))}`);
-    row.push(found[1] === undefined ? found[2] : found[1].replaceAll('""', '"'));
-    at = field.lastIndex;
-    if (found[3] === '\r\n') {
-      rows.push(row);
-      row = [];
-    }
-  }
-  assert.deepEqual(row, [], 'the last record ends like all');
-  return rows;
-}
 
 test('trace is CSV with units in its header and a row for each tick', () => {
   for (const id of ['race', 'cannon', 'gambetta', 'eight']) {

@@ -276,7 +276,7 @@ test('experiments', async () => {
   const { id, owner_key: key } = made.json;
   assert.equal(made.headers.location, `${E}/${id}`);
   await waitFor(async () => (await call('get', X, { id }, 200)).json.state === 'done', 'the experiment');
-  for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
+  for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.sqlite3'])
     await call('get', `${X}/results`, { id }, 200, { headers: { accept: type } });
   await call('get', `${X}/report`, { id }, 200);
   for (const path of [`${X}/results`, `${X}/report`, `${X}/runs/{run}/trace`]) {
@@ -287,7 +287,7 @@ test('experiments', async () => {
   }
   await call('get', `${X}/results`, { id }, 400, { query: '?format=xls' });
   await call('get', `${X}/results`, { id }, 406, { headers: { accept: 'image/png' } });
-  for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
+  for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.sqlite3'])
     for (const query of ['', '?of=packets'])
       await call('get', `${X}/runs/{run}/trace`, { id, run: 1 }, 200, { headers: { accept: type }, query });
   await call('get', `${X}/runs/{run}/trace`, { id, run: 1 }, 400, { query: '?of=nosuch' });

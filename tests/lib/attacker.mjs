@@ -45,7 +45,7 @@ const attacks = {
       body: `{"scenario":"race","set":{${Array.from({ length: 50000 }, () => '"duration_s":9').join()}}}`,
       ...long,
     }),
-  results: () => c.get(`${X}/${place.experiment.id}/results?format=${['csv', 'json', 'sqlite', 'parquet'][turn++ % 4]}`, long),
+  results: () => c.get(`${X}/${place.experiment.id}/results?format=${['csv', 'json', 'sqlite'][turn++ % 3]}`, long),
   report: () => c.get(`${X}/${place.experiment.id}/report`, long),
   fork: () => c.call('POST', S(place.old, '/fork'), { body: {}, ...long }),
   heavy_create: () => c.call('POST', '/api/v1/sessions', { body: { scenario: POOL }, ...long }),

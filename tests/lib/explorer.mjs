@@ -58,7 +58,7 @@ function nest(values) {
   return patch;
 }
 
-const FORMATS = ['csv', 'ndjson', 'json', 'parquet', 'sqlite'],
+const FORMATS = ['csv', 'ndjson', 'json', 'sqlite'],
   OF_POINTS = [
     '',
     'points=true',
@@ -619,7 +619,7 @@ export class Explorer {
           `${at}/runs/{run}/trace`,
           { ...x, run: run_ },
           {
-            query: `?of=${d.pick(['ticks', 'entities', 'events', 'packets', 'x'])}&format=${d.pick(['csv', 'parquet', 'sqlite', 'json'])}`,
+            query: `?of=${d.pick(['ticks', 'entities', 'events', 'packets', 'x'])}&format=${d.pick(['csv', 'sqlite', 'json'])}`,
           },
         ),
       () => this.sameAsRun(x),

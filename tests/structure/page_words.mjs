@@ -17,7 +17,7 @@ const HOLE = '\ue000'; /* an expression in a template */
 /** A word of a person in the text of a template: two letters in a row. */
 const WORD = /\p{L}{2,}/u;
 /** Between tags these stand as they are: names and units. */
-const NAMES = /\b(?:laglab|log|API|CSV|NDJSON|JSON|Parquet|SQLite|curl|ms|Hz|MB|kg|mm|cm)\b|&\w+;/g;
+const NAMES = /\b(?:laglab|log|API|CSV|NDJSON|JSON|SQLite|curl|ms|Hz|MB|kg|mm|cm)\b|&\w+;/g;
 
 /** @param {string} text of page_words.txt */
 export function readExceptions(text) {

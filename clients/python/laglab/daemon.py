@@ -196,7 +196,7 @@ class Session:
     def trace_file(
         self, path: str | os.PathLike[str], of: str = "ticks", *, from_s: float | None = None, to_s: float | None = None
     ) -> pathlib.Path:
-        """The same as a file, whose format is its ending: csv, ndjson, json, parquet or sqlite."""
+        """The same as a file, whose format is its ending: csv, ndjson, json or sqlite."""
         target = pathlib.Path(path)
         query = {"of": of, "from_s": from_s, "to_s": to_s, "format": target.suffix[1:]}
         target.write_bytes(self.daemon.request("GET", f"sessions/{self.id}/trace", key=self.key, query=query, accept="*/*"))

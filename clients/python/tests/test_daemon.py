@@ -48,8 +48,8 @@ class WithDaemon(unittest.TestCase):
             self.assertEqual(column(session.trace(), "tick"), list(range(181)))
             self.assertEqual(set(column(session.trace("entities", from_s=1, to_s=1), "session_tick")), {60})
             self.assertIn("state", set(column(session.trace("packets"), "type")))
-            written = session.trace_file(os.path.join(self.folder.name, "drawn.parquet"), "entities")
-            self.assertEqual((written.read_bytes()[:4], written.read_bytes()[-4:]), (b"PAR1", b"PAR1"))
+            written = session.trace_file(os.path.join(self.folder.name, "drawn.sqlite"), "entities")
+            self.assertEqual(written.read_bytes()[:15], b"SQLite format 3")
             self.assertEqual(session.step(-60)["tick"], 120)
         with self.assertRaises(laglab.LaglabError) as caught:
             session.info()

@@ -14,7 +14,7 @@ typedef struct ll_results {
 /* For a verb's list of options. */
 #define LL_RESULTS_OPTIONS(r)                                                                                \
     {"--out", "FILE", "Output file; default: standard output.", .value = &(r)->out},                         \
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",        \
+        {"--format", "NAME", "csv, ndjson, json or sqlite; default: by the ending of FILE.",                 \
          .value = &(r)->format_name},                                                                        \
         {"--points", .help = "Means and 95 % intervals of points instead of single runs.",                   \
          .flag = &(r)->points},                                                                              \

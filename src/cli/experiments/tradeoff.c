@@ -312,7 +312,7 @@ int ll_verb_tradeoff(int argc, char **argv)
         {"--duration", "S", "Virtual seconds of a run; default: those of each series.", .value = &q.duration},
         {"--out", "FILE", "Rows, one per setting and cost; default: standard output.", .value = &q.out},
         {"--winners", "FILE", "The choices: one per problem, cost and level of error.", .value = &q.winners},
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
+        {"--format", "NAME", "csv, ndjson, json or sqlite; default: by the ending of FILE.",
          .value = &q.format_name},
         {"--report", "FILE.html", "Writes a page with plots and choices.", .value = &q.report},
         {"--svg", "FILE", "Writes the image of one FAMILY.", .value = &q.svg},

@@ -322,7 +322,7 @@ int ll_verb_work_precision(int argc, char **argv)
         {"--report", "FILE.html",
          "Writes a page with plots: error against time and against the counted cost.", .value = &q.report},
         {"--out", "FILE", "Output file; default: standard output.", .value = &q.out},
-        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; default: by the ending of FILE.",
+        {"--format", "NAME", "csv, ndjson, json or sqlite; default: by the ending of FILE.",
          .value = &q.format_name},
         {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
          .value = &q.scenarios},

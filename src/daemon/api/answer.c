@@ -5,11 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/support/gzip.h"
-#include "experiment/format/temporary.h"
 
 /* ---- tags ---- */
 
@@ -127,9 +128,22 @@ static void choose_part(const ll_http_request *request, ll_http_response *respon
 
 /* ---- files ---- */
 
+/* A file without a name, which is gone when it is closed: in the folder, in memory where that cannot be
+ * written. */
+static FILE *open_temporary(const char *folder)
+{
+    int fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (fd < 0)
+        fd = memfd_create("laglab", MFD_CLOEXEC);
+    FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
+    if (fd >= 0 && !file)
+        close(fd);
+    return file;
+}
+
 FILE *ll_answer_open(const ll_answer *answer, ll_status *status)
 {
-    FILE *file = ll_temporary_open(answer->folder);
+    FILE *file = open_temporary(answer->folder);
     *status = file ? ll_ok() : ll_error(LL_IO, "Cannot create a temporary file for the answer.");
     return file;
 }
@@ -203,9 +217,9 @@ const ll_format *ll_answer_format(const ll_http_request *request, ll_http_respon
         return best;
     ll_status error =
         name ? ll_field_error(LL_BAD_INPUT, "format",
-                              "format: must be one of csv, ndjson, json, parquet, sqlite; got `%.40s`.", name)
-             : ll_error(LL_BAD_INPUT, "Accept: must allow text/csv, application/x-ndjson, application/json, "
-                                      "application/vnd.apache.parquet or application/vnd.sqlite3.");
+                              "format: must be one of csv, ndjson, json, sqlite; got `%.40s`.", name)
+             : ll_error(LL_BAD_INPUT, "Accept: must allow text/csv, application/x-ndjson, application/json "
+                                      "or application/vnd.sqlite3.");
     ll_http_problem_as(response, request, name ? 400 : 406, &error);
     return NULL;
 }

@@ -2,8 +2,8 @@
 
 #include "experiment/format/formats.h"
 
-const ll_format *const ll_formats[] = {&ll_format_csv,     &ll_format_ndjson, &ll_format_json,
-                                       &ll_format_parquet, &ll_format_sqlite, NULL};
+const ll_format *const ll_formats[] = {&ll_format_csv, &ll_format_ndjson, &ll_format_json, &ll_format_sqlite,
+                                       NULL};
 
 const ll_format *ll_format_find(const char *name, size_t length)
 {

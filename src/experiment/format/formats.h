@@ -3,7 +3,7 @@
 
 #include "experiment/format/table.h"
 
-extern const ll_format ll_format_csv, ll_format_ndjson, ll_format_json, ll_format_parquet, ll_format_sqlite;
+extern const ll_format ll_format_csv, ll_format_ndjson, ll_format_json, ll_format_sqlite;
 
 /* A number with the fewest digits that read back as the same. */
 void ll_format_number(FILE *file, double value);

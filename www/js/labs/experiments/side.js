@@ -15,7 +15,6 @@ const FORMATS = /** @type {[string, string][]} */ ([
   ['csv', 'CSV'],
   ['ndjson', 'NDJSON'],
   ['json', 'JSON'],
-  ['parquet', 'Parquet'],
   ['sqlite', 'SQLite'],
 ]);
 
