@@ -416,7 +416,7 @@ static void test_kept(void **state)
     assert_int_equal(ll_web_server_get_stats(f.web_server).bridged - before, 200);
 }
 
-/* A 404 would tell viewers that a stored session is gone. */
+/* A 404 would say that a stored session is gone. */
 static void test_unknown_while_starting(void **state)
 {
     (void)state;
