@@ -1,4 +1,4 @@
-/* Carrying a field along the flow, row by row. */
+/* Carrying a field along the flow, row by row, and schemes that do so. */
 #include "fluid/grid/state.h"
 
 #include "fluid/grid/trace.h"
@@ -89,3 +89,53 @@ void ll_grid_add_half(const ll_grid_advect *a, double *out, const double *base, 
     halving h = {a->g, ll_grid_span_of(a->g, a->place), out, a->in, base, back};
     ll_rows_run(a->team, h.span.j1 - h.span.j0, a->g->config.nx, halve_rows, &h);
 }
+
+/* ---- schemes ---- */
+
+/* Semi-Lagrangian (Stam 1999): every value is the one at the point where the flow comes from. Stable at every
+ * step, of order 1, with numerical diffusion. One trace per value. */
+static void advect_semi_lagrangian(const ll_grid_advect *a)
+{
+    ll_grid_trace(a, a->in, a->out, a->dt, a->donors);
+}
+
+/* MacCormack (Selle et al. 2008): the change by a trace forward and back is twice the error. Order 2 for
+ * advected fields. Two traces per value. */
+static void advect_maccormack(const ll_grid_advect *a)
+{
+    double *there = a->out, *back = a->spare[0];
+    ll_grid_trace(a, a->in, there, a->dt, a->donors);
+    ll_grid_bounds(a->g, a->place, there);
+    ll_grid_trace(a, there, back, -a->dt, NULL);
+    ll_grid_add_half(a, a->out, there, back);
+    if (a->g->solver.limiter)
+        ll_grid_clamp(a);
+}
+
+/* Back and forth error compensation and correction (Dupont and Liu 2003; Kim et al. 2005): the error is
+ * subtracted from a field before it is advected. Order 2 for advected fields. Three traces per value. */
+static void advect_bfecc(const ll_grid_advect *a)
+{
+    double *there = a->spare[0], *mended = a->spare[1];
+    ll_grid_trace(a, a->in, there, a->dt, a->donors);
+    ll_grid_bounds(a->g, a->place, there);
+    ll_grid_trace(a, there, mended, -a->dt, NULL);
+    ll_grid_add_half(a, mended, a->in, mended);
+    ll_grid_bounds(a->g, a->place, mended);
+    ll_grid_trace(a, mended, a->out, a->dt, NULL);
+    if (a->g->solver.limiter)
+        ll_grid_clamp(a);
+}
+
+/* X(kind, name, function); central does whole steps, without splitting. */
+#define SCHEMES(X)                                                                                           \
+    X(SEMI_LAGRANGIAN, semi_lagrangian, advect_semi_lagrangian)                                              \
+    X(MACCORMACK, maccormack, advect_maccormack)                                                             \
+    X(BFECC, bfecc, advect_bfecc)                                                                            \
+    X(CENTRAL, central, NULL)
+
+#define ROW(kind, name, function) [LL_ADVECTION_##kind] = function,
+#define NAME(kind, name, function) [LL_ADVECTION_##kind] = #name,
+
+ll_advect *const ll_advections[LL_ADVECTIONS] = {SCHEMES(ROW)};
+const char *const ll_advection_names[LL_ADVECTIONS + 1] = {SCHEMES(NAME)};

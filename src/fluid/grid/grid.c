@@ -150,7 +150,7 @@ static ll_status not_finite(const ll_grid *g, const fastest *f)
 
 static bool central(const ll_grid *g)
 {
-    return ll_advections[g->solver.advection]->advect == NULL;
+    return !ll_advections[g->solver.advection];
 }
 
 /* Largest motion per step, in cells. */
@@ -199,7 +199,7 @@ static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_gri
                         .donors = ll_grid_first_donors(g),
                         .dt = dt,
                         .team = team};
-    ll_advections[g->solver.advection]->advect(&a);
+    ll_advections[g->solver.advection](&a);
     if (place == LL_PLACE_CELL && g->solver.conserve_mass)
         ll_grid_keep_mass(&a);
     ll_grid_bounds(g, place, a.out);

@@ -77,7 +77,7 @@ ll_grid_span ll_grid_span_of(const ll_grid *, ll_grid_place);
 void ll_grid_bounds(const ll_grid *, ll_grid_place, double *field); /* fills the ring */
 void ll_grid_close(const ll_grid *, double *u, double *v);          /* no flow through faces of obstacles */
 
-/* ---- advection.c, advect_*.c ---- */
+/* ---- advection.c ---- */
 
 typedef struct ll_grid_advect {
     const ll_grid *g; /* its u and v advect */
@@ -90,16 +90,9 @@ typedef struct ll_grid_advect {
     ll_team *team; /* may be NULL */
 } ll_grid_advect;
 
-typedef struct ll_advection {
-    const char *name;
-    const char *help;
-    const char *source;
-    void (*advect)(const ll_grid_advect *); /* NULL: the scheme does whole steps, without splitting */
-} ll_advection;
-
-extern const ll_advection *const ll_advections[LL_ADVECTIONS];
-extern const ll_advection ll_advection_semi_lagrangian, ll_advection_maccormack, ll_advection_bfecc,
-    ll_advection_central;
+/* NULL: the scheme does whole steps, without splitting (central.c). */
+typedef void ll_advect(const ll_grid_advect *);
+extern ll_advect *const ll_advections[LL_ADVECTIONS];
 
 /* out = in at the point where the flow was `dt` ago, interpolated between four values. `donors`: the first of
  * the four for each value, or NULL. */

@@ -129,10 +129,9 @@ static void evaluate(ll_ocean *o, ll_time t)
     }
 }
 
+/* A few trochoidal waves from the wind's spectrum, each added to every point: a dozen operations per wave
+ * and point (Fournier and Reeves 1986). */
 const ll_ocean_method ll_ocean_gerstner = {
-    .name = "gerstner",
-    .help = "A few trochoidal waves from the wind's spectrum, each added to every point: a dozen operations "
-            "per wave and point (Fournier and Reeves 1986).",
     .size = size,
     .init = init,
     .evaluate = evaluate,

@@ -24,7 +24,6 @@ typedef enum ll_ocean_method_kind {
 } ll_ocean_method_kind;
 
 extern const char *const ll_ocean_method_names[LL_OCEAN_METHODS + 1]; /* NULL-terminated */
-const char *ll_ocean_method_help(ll_ocean_method_kind kind);          /* method, cost and source */
 
 /* Names, ranges and defaults: ll_ocean_table. */
 typedef struct ll_ocean_setup {

@@ -127,10 +127,9 @@ void ll_ocean_direct(const ll_ocean *o, ll_time t, int64_t i, int64_t j, double 
         }
 }
 
+/* As many waves as points, with random amplitudes from the wind's spectrum, by two fast Fourier
+ * transforms and a sine and cosine per wave (Tessendorf 2001). */
 const ll_ocean_method ll_ocean_spectrum = {
-    .name = "spectrum",
-    .help = "As many waves as points, with random amplitudes from the wind's spectrum, by two fast Fourier "
-            "transforms and a sine and cosine per wave (Tessendorf 2001).",
     .size = size,
     .init = init,
     .evaluate = evaluate,

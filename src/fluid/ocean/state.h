@@ -22,8 +22,6 @@ static inline void *ll_ocean_part(const ll_ocean *o, int64_t offset)
 }
 
 typedef struct ll_ocean_method {
-    const char *name;
-    const char *help;
     size_t (*size)(const ll_ocean_setup *setup); /* of its part of the block */
     void (*init)(ll_ocean *o);
     void (*evaluate)(ll_ocean *o, ll_time t);

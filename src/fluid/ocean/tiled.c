@@ -62,10 +62,9 @@ static void evaluate(ll_ocean *o, ll_time t)
                        from + (field * tile + j % tile) * tile, (size_t)tile * sizeof(double));
 }
 
+/* A tile of the spectrum's sea, precomputed, repeated in space and frame by frame in a loop: costs a
+ * copy, like sprites. */
 const ll_ocean_method ll_ocean_tiled = {
-    .name = "tiled",
-    .help = "A tile of the spectrum's sea, precomputed, repeated in space and frame by frame in a loop: "
-            "costs a copy, like sprites.",
     .size = size,
     .init = init,
     .evaluate = evaluate,

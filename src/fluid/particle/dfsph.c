@@ -173,11 +173,10 @@ static ll_particle_fault substep(ll_particles *p, double dt, const ll_fluid_run 
     return (ll_particle_fault){0};
 }
 
+/* Two pressure solves per substep, for velocity without divergence and for rest density, started from the
+ * last result and ended at a tolerance. Two passes over pairs per iteration, five more; substeps by the CFL
+ * condition (Bender and Koschier 2017). */
 const ll_particle_method ll_particle_dfsph = {
-    .name = "dfsph",
-    .help = "Two pressure solves per substep, for velocity without divergence and for rest density, started "
-            "from the last result and ended at a tolerance. Two passes over pairs per iteration, five more; "
-            "substeps by the CFL condition (Bender and Koschier 2017).",
     .travel = 1,
     .dt_limit = dt_limit,
     .substep = substep,

@@ -3,17 +3,21 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "fluid/particle/parameters.h"
 #include "fluid/particle/state.h"
 
-static const ll_particle_method *const methods[] = {&ll_particle_wcsph, &ll_particle_pbf, &ll_particle_dfsph};
+#define METHODS(X) X(WCSPH, wcsph) X(PBF, pbf) X(DFSPH, dfsph)
+#define ROW(kind, name) [LL_PARTICLE_##kind] = &ll_particle_##name,
+#define NAME(kind, name) [LL_PARTICLE_##kind] = #name,
 
-/* In the order of `methods`; a test compares them. */
-const char *const ll_particle_method_names[] = {"wcsph", "pbf", "dfsph", NULL};
+static const ll_particle_method *const methods[] = {METHODS(ROW)};
+const char *const ll_particle_method_names[LL_PARTICLE_METHODS + 1] = {METHODS(NAME)};
 
-const char *ll_particle_method_help(ll_particle_method_kind kind)
-{
-    return methods[kind]->help;
-}
+static const ll_param rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_DFSPH, 0, -10, 1000, 40, 0.02, 0, 0, 0.4, 100, 0),
+};
+
+const ll_param_table ll_particle_table = LL_PARTICLE_TABLE("particles", rows);
 
 /* Masses do not change: a new rest density changes the density only through mass. */
 void ll_particles_set_params(ll_particles *p, const ll_particle_params *params)

@@ -57,7 +57,6 @@ typedef enum ll_particle_method_kind {
 } ll_particle_method_kind;
 
 extern const char *const ll_particle_method_names[LL_PARTICLE_METHODS + 1]; /* NULL-terminated */
-const char *ll_particle_method_help(ll_particle_method_kind kind);          /* method, cost and source */
 
 /* Names, ranges and defaults: ll_particle_table. */
 typedef struct ll_particle_params {

@@ -164,11 +164,10 @@ static ll_particle_fault substep(ll_particles *p, double dt, const ll_fluid_run 
     return (ll_particle_fault){0};
 }
 
+/* Positions are corrected a fixed number of times so that nothing is denser than at rest, for any step:
+ * stiffness depends on the number of iterations, and motion is damped. Four passes over pairs per iteration,
+ * one neighbour search (Macklin and Mueller 2013). */
 const ll_particle_method ll_particle_pbf = {
-    .name = "pbf",
-    .help = "Positions are corrected a fixed number of times so that nothing is denser than at rest, for any "
-            "step: stiffness depends on the number of iterations, and motion is damped. Four passes over "
-            "pairs per iteration, one neighbour search (Macklin and Mueller 2013).",
     .travel = 4,
     .dt_limit = dt_limit,
     .substep = substep,

@@ -179,9 +179,7 @@ typedef struct ll_particle_fault {
 } ll_particle_fault;
 
 typedef struct ll_particle_method {
-    const char *name;
-    const char *help; /* method, cost in passes over pairs, source */
-    double travel;    /* spacings that a particle may move per substep before its neighbours are invalid */
+    double travel; /* spacings that a particle may move per substep before its neighbours are invalid */
     double (*dt_limit)(const ll_particles *p, double speed); /* s; `speed`: the largest */
     ll_particle_fault (*substep)(ll_particles *p, double dt, const ll_fluid_run *run);
 } ll_particle_method;

@@ -222,11 +222,10 @@ static ll_particle_fault substep(ll_particles *p, double dt, const ll_fluid_run 
     return (ll_particle_fault){0};
 }
 
+/* Pressure from density by Tait's equation, density from the divergence of velocity, with density
+ * diffusion (delta-SPH). No solver: four passes over pairs per substep, but substeps must be as short as
+ * sound needs to cross a quarter of h (Monaghan 1994; Antuono et al. 2010). */
 const ll_particle_method ll_particle_wcsph = {
-    .name = "wcsph",
-    .help = "Pressure from density by Tait's equation, density from the divergence of velocity, with density "
-            "diffusion (delta-SPH). No solver: four passes over pairs per substep, but substeps must be as "
-            "short as sound needs to cross a quarter of h (Monaghan 1994; Antuono et al. 2010).",
     .travel = 0.5,
     .dt_limit = dt_limit,
     .substep = substep,

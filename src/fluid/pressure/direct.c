@@ -116,11 +116,9 @@ static void solve(ll_poisson *p)
     p->residual = ll_poisson_residual(p, NULL);
 }
 
+/* Cosine (or Fourier) transform: exact to rounding, in boxes without obstacles. About 20 log2(N)
+ * operations per cell. Buzbee, Golub and Nielson 1970; Makhoul 1980. */
 const ll_pressure_solver ll_pressure_direct = {
-    .name = "direct",
-    .help = "Cosine (or Fourier) transform: exact to rounding, in boxes without obstacles. About 20 log2(N) "
-            "operations per cell.",
-    .source = "Buzbee, Golub and Nielson 1970; Makhoul 1980",
     .passes = 18, /* for N = 64 */
     .direct = true,
     .work_size = work_size,

@@ -232,11 +232,9 @@ static void solve(ll_poisson *p)
     }
 }
 
+/* Multigrid, V(2,2) cycles. A cycle costs about 8 passes; about six converge, for every N. Best if the
+ * numbers of cells have many factors 2. Brandt 1977; Trottenberg, Oosterlee and Schueller 2001. */
 const ll_pressure_solver ll_pressure_multigrid = {
-    .name = "multigrid",
-    .help = "Multigrid, V(2,2) cycles. A cycle costs about 8 passes; about six converge, for every N. Best "
-            "if the numbers of cells have many factors 2.",
-    .source = "Brandt 1977; Trottenberg, Oosterlee and Schueller 2001",
     .passes = 8,
     .work_size = work_size,
     .prepare = prepare,

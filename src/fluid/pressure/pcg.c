@@ -129,12 +129,9 @@ static void solve(ll_poisson *p)
     p->residual = ll_poisson_residual(p, NULL);
 }
 
+/* Conjugate gradients with the MIC(0) preconditioner. A sweep costs about 6 passes; somewhat fewer than N
+ * of them converge. Bridson 2015, chapter 5. */
 const ll_pressure_solver ll_pressure_pcg = {
-    .name = "pcg",
-    .help =
-        "Conjugate gradients with the MIC(0) preconditioner. A sweep costs about 6 passes; somewhat fewer "
-        "than N of them converge.",
-    .source = "Bridson 2015, chapter 5",
     .passes = 6,
     .work_size = work_size,
     .prepare = prepare,

@@ -37,9 +37,6 @@ typedef struct ll_poisson {
 } ll_poisson;
 
 typedef struct ll_pressure_solver {
-    const char *name;
-    const char *help; /* method and cost */
-    const char *source;
     double passes; /* passes over the cells per sweep; a pass is about 7 operations per cell */
     bool direct;   /* needs an empty box, walls or periodic sides on both axes, lengths of ll_fft_allowed */
     size_t (*work_size)(int32_t nx, int32_t ny);
@@ -47,15 +44,22 @@ typedef struct ll_pressure_solver {
     void (*solve)(ll_poisson *);
 } ll_pressure_solver;
 
-typedef enum ll_pressure_kind {
-    LL_PRESSURE_JACOBI,
-    LL_PRESSURE_GAUSS_SEIDEL,
-    LL_PRESSURE_SOR,
-    LL_PRESSURE_PCG,
-    LL_PRESSURE_MULTIGRID,
-    LL_PRESSURE_DIRECT,
-    LL_PRESSURES
-} ll_pressure_kind;
+/* clang-format off */
+#define LL_PRESSURE_SOLVERS(ROW) \
+    ROW(JACOBI, jacobi) \
+    ROW(GAUSS_SEIDEL, gauss_seidel) \
+    ROW(SOR, sor) \
+    ROW(PCG, pcg) \
+    ROW(MULTIGRID, multigrid) \
+    ROW(DIRECT, direct)
+/* clang-format on */
+
+#define LL_PRESSURE_KIND(KIND, NAME) LL_PRESSURE_##KIND,
+typedef enum ll_pressure_kind { LL_PRESSURE_SOLVERS(LL_PRESSURE_KIND) LL_PRESSURES } ll_pressure_kind;
+#undef LL_PRESSURE_KIND
+#define LL_PRESSURE_DECLARE(KIND, NAME) extern const ll_pressure_solver ll_pressure_##NAME;
+LL_PRESSURE_SOLVERS(LL_PRESSURE_DECLARE)
+#undef LL_PRESSURE_DECLARE
 
 extern const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES];
 extern const char *const ll_pressure_names[LL_PRESSURES + 1]; /* NULL-terminated */
@@ -87,6 +91,3 @@ double ll_poisson_residual(const ll_poisson *, double *r);
 bool ll_poisson_done(ll_poisson *);                     /* checks the residual; asks the pace */
 void ll_poisson_relax(ll_poisson *, double relaxation); /* sweeps until done */
 double ll_poisson_best_relaxation(const ll_poisson *);
-
-extern const ll_pressure_solver ll_pressure_jacobi, ll_pressure_gauss_seidel, ll_pressure_sor,
-    ll_pressure_pcg, ll_pressure_multigrid, ll_pressure_direct;

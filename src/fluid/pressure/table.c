@@ -3,13 +3,11 @@
 
 #include "fluid/core/fft.h"
 
-const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES] = {
-    &ll_pressure_jacobi, &ll_pressure_gauss_seidel, &ll_pressure_sor,
-    &ll_pressure_pcg,    &ll_pressure_multigrid,    &ll_pressure_direct};
+#define ROW(KIND, NAME) &ll_pressure_##NAME,
+#define NAMED(KIND, NAME) #NAME,
 
-/* In the order of ll_pressure_solvers; a test compares them. */
-const char *const ll_pressure_names[LL_PRESSURES + 1] = {"jacobi",    "gauss_seidel", "sor", "pcg",
-                                                         "multigrid", "direct",       NULL};
+const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES] = {LL_PRESSURE_SOLVERS(ROW)};
+const char *const ll_pressure_names[LL_PRESSURES + 1] = {LL_PRESSURE_SOLVERS(NAMED)};
 
 ll_status ll_pressure_fits(ll_pressure_kind kind, int32_t nx, int32_t ny, bool periodic_x, bool periodic_y,
                            bool empty)

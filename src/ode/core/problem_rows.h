@@ -1,28 +1,28 @@
-/* The rows of the table of problems: one file each. */
+/* The table of problems, and what its rows are made of. */
 #pragma once
 
 #include "base/detmath.h"
 #include "ode/core/field.h"
 #include "ode/core/problem.h"
 
-extern const ll_ode_problem ll_ode_free_fall, ll_ode_jerk, ll_ode_forced, ll_ode_oscillator, ll_ode_damped,
-    ll_ode_drag_vertical, ll_ode_drag_2d, ll_ode_lorentz, ll_ode_pendulum, ll_ode_kepler, ll_ode_henon_heiles,
-    ll_ode_double_pendulum, ll_ode_elastic_pendulum, ll_ode_stiff_pendulum, ll_ode_spring_chain,
-    ll_ode_arenstorf, ll_ode_pleiades, ll_ode_figure_eight, ll_ode_tennis_racket, ll_ode_euler_top,
-    ll_ode_brusselator, ll_ode_lotka_volterra, ll_ode_van_der_pol, ll_ode_robertson, ll_ode_hires,
-    ll_ode_oregonator, ll_ode_prothero_robinson, ll_ode_bouncing_ball, ll_ode_penalty_floor, ll_ode_coulomb,
-    ll_ode_coulomb_naive;
+/* A row is the name of a problem ll_ode_NAME, with parameters ll_ode_NAME_table. They are chosen by their
+ * place in this list. */
+/* clang-format off */
+#define LL_ODE_PROBLEMS(ROW) \
+    ROW(free_fall) ROW(jerk) ROW(forced) ROW(oscillator) ROW(damped) \
+    ROW(drag_vertical) ROW(drag_2d) ROW(lorentz) ROW(pendulum) ROW(kepler) \
+    ROW(henon_heiles) ROW(double_pendulum) ROW(elastic_pendulum) ROW(stiff_pendulum) ROW(spring_chain) \
+    ROW(arenstorf) ROW(pleiades) ROW(figure_eight) ROW(tennis_racket) ROW(euler_top) \
+    ROW(brusselator) ROW(lotka_volterra) ROW(van_der_pol) ROW(robertson) ROW(hires) \
+    ROW(oregonator) ROW(prothero_robinson) ROW(bouncing_ball) ROW(penalty_floor) ROW(coulomb) \
+    ROW(coulomb_naive)
+/* clang-format on */
 
-/* Parameters of the problems. */
-extern const ll_param_table ll_ode_free_fall_table, ll_ode_jerk_table, ll_ode_forced_table,
-    ll_ode_oscillator_table, ll_ode_damped_table, ll_ode_drag_vertical_table, ll_ode_drag_2d_table,
-    ll_ode_lorentz_table, ll_ode_pendulum_table, ll_ode_kepler_table, ll_ode_henon_heiles_table,
-    ll_ode_double_pendulum_table, ll_ode_elastic_pendulum_table, ll_ode_stiff_pendulum_table,
-    ll_ode_spring_chain_table, ll_ode_arenstorf_table, ll_ode_pleiades_table, ll_ode_figure_eight_table,
-    ll_ode_tennis_racket_table, ll_ode_euler_top_table, ll_ode_brusselator_table, ll_ode_lotka_volterra_table,
-    ll_ode_van_der_pol_table, ll_ode_robertson_table, ll_ode_hires_table, ll_ode_oregonator_table,
-    ll_ode_prothero_robinson_table, ll_ode_bouncing_ball_table, ll_ode_penalty_floor_table,
-    ll_ode_coulomb_table, ll_ode_coulomb_naive_table;
+#define LL_ODE_DECLARE(NAME)                                                                                 \
+    extern const ll_ode_problem ll_ode_##NAME;                                                               \
+    extern const ll_param_table ll_ode_##NAME##_table;
+LL_ODE_PROBLEMS(LL_ODE_DECLARE)
+#undef LL_ODE_DECLARE
 
 /* A row of a problem's parameters. */
 #define LL_ODE_PARAM(type_, member_, unit_, min_, max_, standard_, help_)                                    \

@@ -371,3 +371,19 @@ ll_status ll_rigid_get_body(const ll_rigid *w, ll_body_id id, ll_body_state *out
                            .awake = b->awake != LL_NONE};
     return ll_ok();
 }
+
+/* ---- the list of bodies that are awake ---- */
+
+void ll_put_in_awake_list(ll_rigid *w, int32_t body)
+{
+    ll_bodies(w)[body].awake = w->awake;
+    ll_awake_bodies(w)[w->awake++] = body;
+}
+
+void ll_take_from_awake_list(ll_rigid *w, int32_t body)
+{
+    int32_t *list = ll_awake_bodies(w), last = list[--w->awake], place = ll_bodies(w)[body].awake;
+    list[place] = last;
+    ll_bodies(w)[last].awake = place;
+    ll_bodies(w)[body].awake = LL_NONE;
+}

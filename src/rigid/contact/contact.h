@@ -37,7 +37,5 @@ int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
 void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count);
 int32_t ll_root_of(int32_t *parent, int32_t body);
 
-/* ---- joint_links.c ---- */
-
-bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a,
-                               int32_t b); /* whether a joint forbids them to collide */
+/* Whether a joint forbids two bodies to collide. */
+bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a, int32_t b);

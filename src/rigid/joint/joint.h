@@ -28,23 +28,12 @@ typedef struct ll_constraint_row {
 } ll_constraint_row;
 
 typedef struct ll_joint_row_type {
-    const char *name;
     /* Fills the rows for two bodies in these poses; each row keeps its number. With `block`, rows 0 and 1 are
      * solved together. */
     void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS]);
     bool block;
 } ll_joint_row_type;
 
-extern const ll_joint_row_type ll_joint_distance, ll_joint_revolute, ll_joint_prismatic, ll_joint_weld,
-    ll_joint_mouse, ll_joint_motor, ll_joint_friction;
-extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
+extern const ll_joint_row_type ll_joint_row_types[LL_JOINT_TYPES];
 
 void ll_unlink_joint(ll_rigid *w, int32_t joint); /* wakes both bodies */
-
-/* Rows that joint types share. `angle`: angle of b relative to a. */
-void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b,
-                  ll_constraint_row out[2]); /* keeps the anchors together */
-ll_constraint_row ll_row_angle(double c);
-/* Limits and motor of `value` in rows 3 to 5; `base` is a row of the same direction. */
-void ll_rows_range(const ll_joint *joint, ll_constraint_row base, double value, double most,
-                   ll_constraint_row out[LL_ROWS]);

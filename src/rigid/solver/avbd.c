@@ -113,8 +113,8 @@ static void begin_touches(ll_rigid *w, memory *m)
 static void joint_rows(const ll_rigid *w, const ll_joint *j, ll_constraint_row rows[LL_ROWS])
 {
     memset(rows, 0, LL_ROWS * sizeof(ll_constraint_row));
-    ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
-                                          ll_angle_now(w, j), rows);
+    ll_joint_row_types[j->def.type].rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
+                                         ll_angle_now(w, j), rows);
 }
 
 static void begin_joints(ll_rigid *w, memory *m)

@@ -40,8 +40,8 @@ static double row_cross(const pair *p, const ll_constraint_row *x, const ll_cons
 static void rows_of(const ll_rigid *w, const ll_joint *j, ll_constraint_row rows[LL_ROWS])
 {
     memset(rows, 0, LL_ROWS * sizeof(ll_constraint_row));
-    ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
-                                          ll_angle_now(w, j), rows);
+    ll_joint_row_types[j->def.type].rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
+                                         ll_angle_now(w, j), rows);
 }
 
 /* ---- revolute joints: the most common, so their rows are written out; a friction joint yields ---- */
@@ -326,7 +326,7 @@ bool ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness
         ll_constraint_row rows[LL_ROWS];
         pair p = pair_of(w, j);
         rows_of(w, j, rows);
-        bool block = ll_joint_row_types[j->def.type]->block;
+        bool block = ll_joint_row_types[j->def.type].block;
         for (int k = LL_ROWS; k-- > (block ? 2 : 0);)
             if (rows[k].kind != LL_ROW_NONE)
                 changed |= solve_row(&p, &rows[k], h, row_softness(&rows[k], h, stiff, bias), &j->impulse[k]);

@@ -241,8 +241,8 @@ static void solve_joint(ll_rigid *w, ll_joint *j, double h)
     for (int i = 0; i < LL_ROWS; i++) {
         ll_constraint_row rows[LL_ROWS];
         memset(rows, 0, sizeof rows);
-        ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
-                                              ll_angle_now(w, j), rows);
+        ll_joint_row_types[j->def.type].rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
+                                             ll_angle_now(w, j), rows);
         const ll_constraint_row *r = &rows[i];
         double k = (a->inv_mass + b->inv_mass) * ll_dot(r->n, r->n) + a->inv_inertia * r->ja * r->ja +
                    b->inv_inertia * r->jb * r->jb;

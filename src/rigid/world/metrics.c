@@ -48,7 +48,7 @@ static double joint_error(const ll_rigid *w, const ll_joint *j)
 {
     ll_constraint_row rows[LL_ROWS] = {{0}};
     double most = 0, angle = ll_bodies(w)[j->body[1]].angle - ll_bodies(w)[j->body[0]].angle;
-    ll_joint_row_types[j->def.type]->rows(j, ll_poses(w)[j->body[0]], ll_poses(w)[j->body[1]], angle, rows);
+    ll_joint_row_types[j->def.type].rows(j, ll_poses(w)[j->body[0]], ll_poses(w)[j->body[1]], angle, rows);
     for (int i = 0; i < LL_ROWS; i++)
         if (rows[i].hertz == 0 && rows[i].most == INFINITY)
             most = ll_max(most, rows[i].kind == LL_ROW_EQUAL ? fabs(rows[i].c) : ll_max(0, -rows[i].c));

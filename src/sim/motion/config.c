@@ -1,7 +1,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "ode/catalogue/parameter_names.h"
+#include "ode/catalogue/catalogue.h"
 #include "sim/core/scenario_rows.h"
 #include "sim/motion/motion.h"
 

@@ -6,14 +6,6 @@
 #include "fluid/scenes/scenes.h"
 #include "support/allocations.h"
 
-static void names_are_the_tables(void **state)
-{
-    (void)state;
-    for (int i = 0; i < LL_ADVECTIONS; i++)
-        assert_string_equal(ll_advection_names[i], ll_advections[i]->name);
-    assert_null(ll_advection_names[LL_ADVECTIONS]);
-}
-
 static void tables_are_sound(void **state)
 {
     (void)state;
@@ -357,7 +349,6 @@ static void a_direct_solver_wants_an_empty_box(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_are_the_tables),
         cmocka_unit_test(tables_are_sound),
         cmocka_unit_test(the_projection_leaves_what_is_asked),
         cmocka_unit_test(obstacles_let_nothing_through),

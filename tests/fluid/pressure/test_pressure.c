@@ -63,14 +63,6 @@ static void solve(ll_pressure_kind kind, ll_poisson *p)
     ll_pressure_solve(kind, p);
 }
 
-static void names_are_the_tables(void **state)
-{
-    (void)state;
-    for (int i = 0; i < LL_PRESSURES; i++)
-        assert_string_equal(ll_pressure_names[i], ll_pressure_solvers[i]->name);
-    assert_null(ll_pressure_names[LL_PRESSURES]);
-}
-
 static void each_reaches_what_is_asked_in_every_box(void **state)
 {
     (void)state;
@@ -260,7 +252,6 @@ static void the_direct_solver_says_what_it_cannot_do(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_are_the_tables),
         cmocka_unit_test(each_reaches_what_is_asked_in_every_box),
         cmocka_unit_test(they_agree),
         cmocka_unit_test(sweeps_grow_as_they_should),

@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "ode/catalogue/parameter_names.h"
+#include "ode/catalogue/catalogue.h"
 #include "ode/core/method.h"
 #include "ode/core/problem.h"
 

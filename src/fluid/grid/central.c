@@ -1,18 +1,11 @@
 /* Central fluxes through the faces of each value's own cell, by the strong-stability-preserving Runge-Kutta
  * method of order 3 (Shu and Osher 1988) with a projection after each of its three stages. Van Leer's limiter
- * keeps the dye from new extremes. What leaves a cell enters the next, so that momentum and mass are
- * conserved. */
+ * keeps the dye from new extremes (Harlow and Welch 1965; van Leer 1974). What leaves a cell enters the next,
+ * so that momentum and mass are conserved. Order 2, without numerical diffusion, but with oscillations where
+ * cells are too large. */
 #include <string.h>
 
 #include "fluid/grid/state.h"
-
-const ll_advection ll_advection_central = {
-    .name = "central",
-    .help = "Central fluxes with viscosity by a Runge-Kutta method of order 3, without splitting: order 2. "
-            "For measurements: no numerical diffusion, but oscillations where cells are too large. Three "
-            "projections per step.",
-    .source = "Harlow and Welch 1965; Shu and Osher 1988; van Leer 1974",
-};
 
 /* What the rows of a stage need. */
 typedef struct stage {
