@@ -7,29 +7,8 @@
 
 #include "base/rng.h"
 
-char *ll_point_name(const cJSON *values)
-{
-    char *text = NULL;
-    size_t size;
-    FILE *memory = open_memstream(&text, &size);
-    const cJSON *item;
-    if (!memory)
-        return NULL;
-    cJSON_ArrayForEach(item, values)
-    {
-        fprintf(memory, "%s%s ", item == values->child ? "" : ", ", item->string);
-        if (cJSON_IsString(item))
-            fputs(item->valuestring, memory);
-        else if (cJSON_IsBool(item))
-            fputs(cJSON_IsTrue(item) ? "true" : "false", memory);
-        else
-            fprintf(memory, "%.6g", item->valuedouble);
-    }
-    fclose(memory);
-    return text;
-}
-
-double ll_axis_place(const ll_axis *axis, const cJSON *value)
+/* Position of a value of an axis in plots: see `places`. */
+static double axis_place(const ll_axis *axis, const cJSON *value)
 {
     const cJSON *item;
     int k = 0;
@@ -60,7 +39,7 @@ static ll_status take(const ll_experiment *e, ll_result_table *table, const ll_c
     if (!values)
         return ll_error(LL_NO_MEMORY, "out of memory: points");
     for (int a = 0; a < e->axis_count; a++)
-        p->places[a] = ll_axis_place(&e->axes[a], cJSON_GetObjectItemCaseSensitive(values, e->axes[a].path));
+        p->places[a] = axis_place(&e->axes[a], cJSON_GetObjectItemCaseSensitive(values, e->axes[a].path));
     cJSON_Delete(values);
     memcpy(p->metrics, ll_result_table_summaries(table), (size_t)e->metric_count * sizeof *p->metrics);
     for (int i = 0; i < e->metric_count; i++)

@@ -31,12 +31,6 @@ void ll_points_free(ll_points *points);
  * which no other point is as good in all and better in one. */
 void ll_points_mark_front(ll_points *points, const int *metrics, int count);
 
-/* Position of a value of an axis in plots: see `places`. */
-double ll_axis_place(const ll_axis *axis, const struct cJSON *value);
-
-/* `players.0.lag_ms 100, server.update_hz 30`; caller frees. */
-char *ll_point_name(const struct cJSON *values);
-
 /* Chooses which of `count` items are shown when there is space for `most`: all; or the items in `first`
  * (every n-th, if too many) and every n-th of the others. Returns both n; 0: no such items. */
 typedef struct ll_choice {

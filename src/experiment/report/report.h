@@ -1,7 +1,7 @@
 /* One page about an experiment. Its script draws series by technique, any metric against any other, heat
  * maps, distributions and paired differences, and pages through the points. The page needs no other file, nor
  * a network, can be printed, and stays below LL_REPORT_BYTES_MAX for any number of rows: data.h says what is
- * left out then, as the page does. Without scripts it shows some plots and points. */
+ * left out then, as the page does. Without scripts it says how to get the points. */
 #pragma once
 
 #include "experiment/format/table.h"

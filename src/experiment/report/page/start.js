@@ -194,7 +194,6 @@ function begin() {
   state.dimension = compared().find((d) => !dimensions[d].numeric) ?? compared()[0] ?? 0;
 }
 
-byId('static').remove();
 start().catch((error) => views.append(make('p', { role: 'alert' }, `The data of this page cannot be read: ${error.message}`)));
 // For the console and for tests: the data of the page.
 Object.assign(window, {

@@ -114,5 +114,7 @@ function tableView(body, controls) {
     ),
     bar,
   );
+  const covers = head.covers.map((text, k) => text && `${head.texts[k]}: ${text}`).filter(Boolean);
+  said(body, covers.length ? `How often intervals contain the mean: ${covers.join('; ')}.` : '');
   said(body, head.front.length ? `Coloured rows are on the Pareto front of ${head.front.map((m) => metrics[m]).join(', ')}.` : '');
 }
