@@ -39,8 +39,7 @@ static const struct {
     {"scenarios", "", "list the scenarios", ll_verb_scenarios},
     {"schema", "[KIND|experiment|all|stream|metrics|traces|results]",
      "print the JSON Schema of scenarios, of all kinds or one, of experiments, or of both; or the tables of "
-     "the "
-     "stream, of metrics, or of columns",
+     "the stream, of metrics, or of columns",
      ll_verb_schema},
     {"methods", "", "list the integrators", ll_verb_methods},
     {"problems", "", "list the problems of motion, with their parameters", ll_verb_problems},

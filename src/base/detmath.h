@@ -2,8 +2,8 @@
  *
  * libm's differ between versions and machines, so simulated state must not use them. These use only + - * /
  * and sqrt, which IEEE 754 fixes. tests/base/test_detmath.c measures their errors against long double: at
- * most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros, 2.5 ulp for atan2.
- */
+ * most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros, 2.5 ulp for
+ * atan2. */
 #pragma once
 
 double ll_sin(double x); /* |x| <= 1e6; beyond, the error grows with |x| */

@@ -6,8 +6,8 @@
 #include "base/assert.h"
 #include "session/internal.h"
 
-/* A block for a copy of the state. Its pages cost more than the copy, so that one is kept from tick to tick.
- */
+/* A block for a copy of the state. Its pages cost more than the copy, so that one is kept from tick to
+ * tick. */
 static void *take_spare(ll_session *s)
 {
     void *spare = s->spare ? s->spare : ll_state_memory_new(s->block_size);

@@ -31,8 +31,8 @@ void ll_session_fill(const ll_session *session, const ll_record_request *request
 #define LL_ALL_RECORDS_MAX 48
 void ll_all_records(const ll_record *records[LL_ALL_RECORDS_MAX + 1]);
 
-/* GET /api/v1/stream/schema.json: the tables of all kinds (record/schema.h) and the channels. Caller deletes.
- */
+/* GET /api/v1/stream/schema.json: the tables of all kinds (record/schema.h) and the channels. Caller
+ * deletes. */
 struct cJSON *ll_stream_schema(void);
 uint64_t ll_stream_schema_hash(void);
 

@@ -81,9 +81,9 @@ void ll_session_run_forward(ll_session *session);
 /* The session must be asleep, and keeps events again. */
 void ll_session_keep_events(ll_session *session);
 
-/* Before the first tick: only the metrics at these paths will be read, so that the run observes no more than
- * these need. Its hash stays the same. Not for a session with viewers; copies and forks observe everything.
- */
+/* Before the first tick: only the metrics at these paths will be read, so that the run observes no more
+ * than these need. Its hash stays the same. Not for a session with viewers; copies and forks observe
+ * everything. */
 void ll_session_observe_only(ll_session *session, const char *const *paths, int count);
 
 /* ---- running ---- */

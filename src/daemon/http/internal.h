@@ -16,8 +16,8 @@
 #include "daemon/support/tasks.h"
 
 #define HTTP_LARGE_BODY (64u << 10) /* bytes; reading and checking a larger body runs as a task */
-#define HTTP_SWALLOW                                                                                         \
-    (8u << 20) /* bytes of a refused body that are read, so that its sender sees the answer */
+/* bytes of a refused body that are read, so that its sender sees the answer */
+#define HTTP_SWALLOW (8u << 20)
 
 /* A connection, for the watchdog. */
 typedef struct http_connection {

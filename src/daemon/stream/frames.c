@@ -8,8 +8,8 @@
 #include "base/assert.h"
 
 /* An acknowledgement that takes this much longer than the fastest one means that frames queue somewhere (a
- * slow reader, a proxy's buffers): then fewer are kept in flight. About the time of a whole window at 60 Hz.
- */
+ * slow reader, a proxy's buffers): then fewer are kept in flight. About the time of a whole window at 60
+ * Hz. */
 #define QUEUEING_NS INT64_C(60000000)
 
 /* A new viewer gets BEGIN_WINDOW frames, until it acknowledges, or answers the ping that follows the first of

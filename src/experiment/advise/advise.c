@@ -18,8 +18,8 @@
 #define SURE_DEVIATIONS 2.5 /* standard deviations by which the mean of such differences may be off */
 #define FEW_SEEDS 30        /* with fewer seeds the mean is not nearly normal */
 #define PRIOR_FREEDOM 3     /* degrees of freedom that the variance of all settings has in that of one */
-#define MARGIN_DEVIATIONS                                                                                    \
-    0.8 /* standard deviations of a run between the mean and the upper bound after a few fresh seeds */
+/* standard deviations of a run between the mean and the upper bound after a few fresh seeds */
+#define MARGIN_DEVIATIONS 0.8
 #define FIRST_PART 0.3 /* part of the runs for the initial even spread */
 
 /* With one seed the error has no interval. A point that misses the limit by more than others scatter is not

@@ -8,13 +8,13 @@
  * The advised setting has run all repeats and holds on fresh seeds, which the search has not used: the upper
  * bound of the 95 % interval of their mean error is within the limit. If fresh seeds give the same as the
  * others, nothing is random, and one is enough; but equal errors that may be rare counts do not prove that.
- * Of settings with equal cost over their common seeds it takes the one with the smaller error. Fresh seeds go
- * to the setting with the largest saving times probability to hold per seed needed: indices of constrained
- * best-arm identification, with common random numbers for cost differences and variances moderated by those
- * of all settings. The search stops when the runs are used up, or when no setting that could be cheaper is
- * left: then the optimum is proven, unless one of them may hold after all. Part of the runs is reserved for
- * verification. Errors and costs are compared by magnitude, and a setting with a failed run is never advised.
- */
+ * Of settings with equal cost over their common seeds it takes the one with the smaller error. Fresh seeds
+ * go to the setting with the largest saving times probability to hold per seed needed: indices of
+ * constrained best-arm identification, with common random numbers for cost differences and variances
+ * moderated by those of all settings. The search stops when the runs are used up, or when no setting that
+ * could be cheaper is left: then the optimum is proven, unless one of them may hold after all. Part of the
+ * runs is reserved for verification. Errors and costs are compared by magnitude, and a setting with a failed
+ * run is never advised. */
 #pragma once
 
 #include "experiment/spec/experiment.h"

@@ -3,8 +3,8 @@
  * 1e-9. */
 #pragma once
 
-/* Regularised incomplete beta and gamma functions: I_x(a, b) for x in [0, 1], P(a, x) for x >= 0; a, b > 0.
- */
+/* Regularised incomplete beta and gamma functions: I_x(a, b) for x in [0, 1], P(a, x) for x >= 0; a, b >
+ * 0. */
 double ll_beta_cdf(double x, double a, double b);
 double ll_gamma_cdf(double x, double a);
 

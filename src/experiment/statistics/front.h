@@ -15,14 +15,14 @@ typedef struct ll_front_point {
     bool front;
 } ll_front_point;
 
-/* Marks the points for which no other is as good in both and better in one: equal points are marked together.
- */
+/* Marks the points for which no other is as good in both and better in one: equal points are marked
+ * together. */
 ll_status ll_front_mark(ll_front_point *points, int count);
 
 /* Levels from the upper bounds of errors, of which only those above 0 count: equal steps on a logarithmic
  * scale between the least and the largest of them, without the ends, each rounded up to two digits; the
- * largest first. Returns their number: LL_FRONT_LEVELS, fewer if the bounds are too close, 0 without bounds.
- */
+ * largest first. Returns their number: LL_FRONT_LEVELS, fewer if the bounds are too close, 0 without
+ * bounds. */
 int ll_front_levels(const double *bounds, int count, double levels[LL_FRONT_LEVELS]);
 
 /* The cheapest point whose upper bound is within the level; of equal costs the one of the smaller error. -1:

@@ -363,8 +363,7 @@ static const char *amounts_cover(int64_t n, bool tailed)
         return "a bound: at least 93 %, down to 90 % where a few runs in a hundred make much of the mean";
     if (n < LL_INTERVAL_MANY)
         return "93 to 97 %, down to 89 % where a few runs in a hundred make much of the mean, up to 98 % of "
-               "two "
-               "unlike groups";
+               "two unlike groups";
     return "93 to 97 %";
 }
 

@@ -81,8 +81,7 @@ typedef struct ll_fluid_method {
      * The same holds after the pace of `run` was broken off, with any status. NULL: no pace, one thread. */
     ll_status (*step)(void *block, double dt, const ll_fluid_run *run);
     void (*set_solver)(void *block, const void *solver);
-    /* Of the state: what a step starts from. What it recomputes does not count. NULL: of the whole block.
-     */
+    /* Of the state: what a step starts from. What it recomputes does not count. NULL: of the whole block. */
     uint64_t (*hash)(const void *block);
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 

@@ -99,8 +99,8 @@ typedef struct ll_game_shape {
     double x, y;          /* m, of the centre */
 } ll_game_shape;
 
-/* Of the table of a game's own numbers: where they stand in a run's metrics; and their values, from the list.
- */
+/* Of the table of a game's own numbers: where they stand in a run's metrics; and their values, from the
+ * list. */
 #define LL_GAME_METRICS .path = "players.*.game", .short_numbers = true
 #define LL_GAME_VALUE(type, name, unit, value, help, null) (double)(value),
 #define LL_GAME_TELL(values, LIST)                                                                           \

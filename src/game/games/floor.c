@@ -11,9 +11,9 @@
 #define REST 1e-3                 /* m/s: slower bodies that the floor holds come to rest */
 #define STILL 1e-6                /* m, rad: a resting body that moves less per step stays where it is */
 #define ALL_PAIRS 32              /* shapes up to which brute force is the fastest broad phase */
-#define BODIES_MAX                                                                                           \
-    (2 * LL_TOUCHING_MAX + 1) /* of a world: the floor, and a target for each body with a wanted velocity */
-#define BLOCK_MAX (3 << 19)   /* bytes of a world with all bodies */
+/* of a world: the floor, and a target for each body with a wanted velocity */
+#define BODIES_MAX (2 * LL_TOUCHING_MAX + 1)
+#define BLOCK_MAX (3 << 19) /* bytes of a world with all bodies */
 
 typedef struct work {
     const ll_game_env *env;

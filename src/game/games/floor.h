@@ -13,8 +13,8 @@
  * law alone. A resting body costs nothing and stays as it is, to the bit. A body that the floor holds and
  * that is slower than 1 mm/s comes to rest.
  *
- * Cost: moving bodies and those that they may press, times their neighbours. No allocation; 1.5 MB of stack.
- */
+ * Cost: moving bodies and those that they may press, times their neighbours. No allocation; 1.5 MB of
+ * stack. */
 #pragma once
 
 #include <stdbool.h>

@@ -138,8 +138,8 @@ static void take_claim(ll_weapon_state *arms, const ll_field *field, int shooter
     }
 }
 
-#define SLOP                                                                                                 \
-    1000 /* ns: steps are on whole nanoseconds, so that a number of them may be shorter than an interval */
+/* ns: steps are on whole nanoseconds, so that a number of them may be shorter than an interval */
+#define SLOP 1000
 
 /* Whether the weapon is ready; if so, reloading starts. */
 static bool load(ll_weapon_state *arms, const ll_field *field, int shooter, int weapon, ll_time now)

@@ -2,8 +2,7 @@
 #include "base/detmath.h"
 #include "link/stages/stage.h"
 
-/* ---- distributions: a quantile function, and the correlation of normal deviates that its variates need ----
- */
+/* ---- distributions: quantile functions, and correlations of the normal deviates that they need ---- */
 
 /* That of the deviates themselves. Of `normal` truncation changes it by less than 1.1e-5. */
 static double same_corr(double corr)

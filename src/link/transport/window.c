@@ -27,8 +27,8 @@ static void reno_lost(ll_window *w, double mss, ll_time now)
 
 #define CUBIC_C 0.4
 #define CUBIC_BETA 0.7
-#define RENO_SHARE                                                                                           \
-    (3 * (1 - CUBIC_BETA) / (1 + CUBIC_BETA)) /* mss per round trip with which Reno has the same mean */
+/* mss per round trip with which Reno has the same mean */
+#define RENO_SHARE (3 * (1 - CUBIC_BETA) / (1 + CUBIC_BETA))
 
 static double cube_root(double x)
 {

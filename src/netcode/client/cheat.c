@@ -8,8 +8,8 @@
 #define HASTE 0.5 /* of the distance of a step, in addition */
 #define AHEAD_M 10
 
-#define HOLD                                                                                                 \
-    (3 * LL_SECOND) /* longer than a server may take for a stall of the link; of every two such times */
+/* longer than a server may take for a stall of the link; of every two such times */
+#define HOLD (3 * LL_SECOND)
 
 typedef struct cheat {
     void (*tamper)(ll_action *action, int64_t frame, int64_t frames_per_s);

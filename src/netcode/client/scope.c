@@ -21,9 +21,9 @@ static void step_own(const ll_game *game, const ll_game_env *env, ll_world *worl
     game->step_own(world, env, step->self, step->own);
 }
 
-/* Contacts: the own entity and every entity that may touch it before the next snapshot arrives, as the game
- * decides. Where nothing is near, the cost is that of `own` and the others are drawn as without prediction.
- */
+/* Contacts: the own entity and every entity that may touch it before the next snapshot arrives, as the
+ * game decides. Where nothing is near, the cost is that of `own` and the others are drawn as without
+ * prediction. */
 static void choose_contacts(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
                             double horizon_s, ll_entity_set *set)
 {

@@ -123,8 +123,8 @@ static inline ll_action act_usually(ll_client *c, const ll_client_setup *s, ll_t
 
 /* Number of inputs that a client may make while the server waits for inputs. Inputs that the server would
  * refuse as too far ahead are not sent. While no step is made, it is the number that fits into the round
- * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for good.
- */
+ * trip: enough to continue at the full rate, and no more, because inputs made beyond that stay late for
+ * good. */
 static __attribute__((noinline)) int64_t inputs_allowed(const ll_client *c, const ll_client_setup *s,
                                                         ll_time now)
 {

@@ -49,8 +49,8 @@ void ll_honest_frame(ll_honest_reference *honest, int64_t tick, ll_time due);
 /* The same for a client that makes more than one input per frame, or holds inputs back: one counts. */
 void ll_honest_frame_once(ll_honest_reference *honest, int64_t tick, ll_time due);
 
-/* The entity of a player that does not cheat, or before the first step: the reference is there too, at `now`.
- */
+/* The entity of a player that does not cheat, or before the first step: the reference is there too, at
+ * `now`. */
 void ll_honest_watch(ll_honest_reference *honest, const ll_entity *entity, ll_time now);
 
 /* A step that the server has made. */

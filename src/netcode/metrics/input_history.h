@@ -12,8 +12,8 @@
 #include "base/vtime.h"
 #include "netcode/protocol/running_stats.h"
 
-#define LL_INPUT_HISTORY_RING                                                                                \
-    512 /* inputs, by sequence number; an open input counts as lost when this many more are made */
+/* inputs, by sequence number; an open input counts as lost when this many more are made */
+#define LL_INPUT_HISTORY_RING 512
 
 /* The final result of an input. At any time the number of inputs made equals the sum of all six. */
 typedef enum ll_input_result_kind {

@@ -5,8 +5,8 @@
 
 #include "base/detmath.h"
 
-#define PEEK_WINDOW                                                                                          \
-    (3 * LL_SECOND)     /* longer than any delay from player to player: openings further apart are no pair */
+/* longer than any delay from player to player: openings further apart are no pair */
+#define PEEK_WINDOW (3 * LL_SECOND)
 #define STOOD LL_SECOND /* an entity without motion for this long is standing */
 
 typedef float seen_body[2];

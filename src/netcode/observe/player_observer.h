@@ -4,8 +4,8 @@
 
 #include "netcode/state/client.h"
 
-/* Errors of entities near and far: nearer than a quarter of the radius of the area of interest, and others.
- */
+/* Errors of entities near and far: nearer than a quarter of the radius of the area of interest, and
+ * others. */
 typedef struct ll_nearness {
     double near_m;
     double sum[2]; /* m; of near ones, of far ones */

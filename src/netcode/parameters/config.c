@@ -30,8 +30,7 @@ static const ll_param server_rows[] = {
          "server does. gambetta: the server applies all queued inputs at each update, as the live demo does. "
          "deterministic and rollback: only inputs are sent, and every client steps the whole world itself. "
          "bucket: no client waits; an input counts bucket_delay_ms after its interval of update_hz, and one "
-         "that "
-         "arrives later is ignored."},
+         "that arrives later is ignored."},
     {.name = "transport",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, transport),

@@ -49,17 +49,19 @@ static void add_ulps_at_random(ll_world *world, int player, int64_t tick)
     add_ulp(values[draw >> 62]);
 }
 
-const ll_float_mode ll_float_modes[] = {
-    {.name = "exact", .help = "the server's arithmetic"},
-    {.name = "float", .help = "positions and speeds are stored as floats", .after = round_to_floats},
-    {.name = "fma", .help = "a multiply and an add are rounded once", .fused = true},
-    {.name = "ulp",
-     .help = "a number is off by one ulp once in 64 ticks on average",
-     .after = add_ulps_at_random},
-};
+/* X(name, members). exact: the server's arithmetic. float: positions and speeds are stored as floats. fma: a
+ * multiply and an add are rounded once. ulp: a number is off by one ulp once in ULP_EVERY ticks. */
+#define MODES(X)                                                                                             \
+    X(exact, .after = NULL)                                                                                  \
+    X(float, .after = round_to_floats)                                                                       \
+    X(fma, .fused = true)                                                                                    \
+    X(ulp, .after = add_ulps_at_random)
 
-/* In the order of ll_float_modes; a test compares both. */
-const char *const ll_float_mode_names[] = {"exact", "float", "fma", "ulp", NULL};
+#define ROW(name, ...) {__VA_ARGS__},
+#define NAME(name, ...) #name,
+
+const ll_float_mode ll_float_modes[] = {MODES(ROW)};
+const char *const ll_float_mode_names[] = {MODES(NAME) NULL};
 
 void ll_float_mode_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,
                         int64_t tick, ll_time now)

@@ -9,8 +9,6 @@
 struct ll_client_setup;
 
 typedef struct ll_float_mode {
-    const char *name;
-    const char *help;
     bool fused; /* multiply-adds of the games' integrators are rounded once */
 
     /* Changes a world after a step as the machine would; NULL: no change. A function of its arguments alone,

@@ -14,8 +14,8 @@ static inline int64_t ll_budget_ticks(ll_freq client_freq)
 /* ---- a barrier: netcode/server/barrier.h ---- */
 
 #define LL_BARRIER_GAP (60 * LL_MS)
-#define LL_BARRIER_EVERY                                                                                     \
-    (5 * LL_SECOND)          /* shortest time between barriers: links may lose packets all the time */
+/* shortest time between barriers: links may lose packets all the time */
+#define LL_BARRIER_EVERY (5 * LL_SECOND)
 #define LL_BARRIER_BLUR 1000 /* ns, rounding of clocks */
 
 /* One-way delay of a packet: half the measured round trip. */

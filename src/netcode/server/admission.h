@@ -9,8 +9,8 @@
 
 #include "netcode/server/server.h"
 
-#define LL_FRESH                                                                                             \
-    (3 * LL_SECOND) /* maximum age of an acknowledged answer: the longest round trip, and a retry */
+/* maximum age of an acknowledged answer: the longest round trip, and a retry */
+#define LL_FRESH (3 * LL_SECOND)
 
 /* Result of a packet of a player. */
 typedef struct ll_admitted {

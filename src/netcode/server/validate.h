@@ -12,8 +12,8 @@
 /* Where inputs are applied on arrival: inputs of no more time than has passed, plus a burst. */
 #define LL_RATE_BURST 80.0        /* minimum number of inputs that may arrive at once, */
 #define LL_RATE_BURST_S (4.0 / 3) /* and the inputs of this time: a link may stall for 1 s */
-#define LL_RATE_FACTOR                                                                                       \
-    2.25 /* inputs per client tick in the long run: a client that catches up makes two per frame */
+/* inputs per client tick in the long run: a client that catches up makes two per frame */
+#define LL_RATE_FACTOR 2.25
 
 typedef enum ll_rule {
     LL_RULE_NONE = 0,

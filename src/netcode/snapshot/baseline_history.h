@@ -10,8 +10,8 @@
 
 #define LL_BASELINES 32 /* 1.07 s at 30 updates per second; later acknowledgements get full snapshots */
 
-#define LL_ROUNDING_BUCKETS                                                                                  \
-    46 /* in 64ths of a step: no position is further off than 1/sqrt(2) = 45.25 / 64 */
+/* in 64ths of a step: no position is further off than 1/sqrt(2) = 45.25 / 64 */
+#define LL_ROUNDING_BUCKETS 46
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */

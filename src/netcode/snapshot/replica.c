@@ -157,8 +157,8 @@ static void received(ll_replica *r, const ll_sent_snapshot *s, const ll_baseline
     }
 }
 
-#define VOID                                                                                                 \
-    (-1) /* the count of a snapshot that was lost before its result was known: its step was sent again */
+/* the count of a snapshot that was lost before its result was known: its step was sent again */
+#define VOID (-1)
 
 static void lost(ll_replica *r, const ll_sent_snapshot *s, int64_t tick)
 {

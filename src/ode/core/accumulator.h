@@ -1,6 +1,6 @@
-/* Fixed steps under a variable frame time: frame time is accumulated and spent in whole steps; the rest stays
- * for the next frame (G. Fiedler, Fix Your Timestep!, 2004). In whole nanoseconds, so that nothing is lost.
- */
+/* Fixed steps under a variable frame time: frame time is accumulated and spent in whole steps; the rest
+ * stays for the next frame (G. Fiedler, Fix Your Timestep!, 2004). In whole nanoseconds, so that nothing is
+ * lost. */
 #pragma once
 
 #include "base/vtime.h"

@@ -9,8 +9,8 @@
  * end early take the short ones. Sequentially, a step costs k evaluations for leapfrog and 2 k for the
  * midpoint rule.
  *
- * The loops stand here, inline, for a problem to have them compiled with its own f within (ode/core/field.h).
- */
+ * The loops stand here, inline, for a problem to have them compiled with its own f within
+ * (ode/core/field.h). */
 #pragma once
 
 #include <string.h>

@@ -37,8 +37,8 @@ LL_INLINE ll_term ll_series_ends(const ll_term *a, const ll_term *b, int k)
     return a[0] * b[k] + a[k] * b[0];
 }
 
-/* In u^p = w, w_k = sum over 0 < j <= k of ((p + 1) j - k) u_j w_(k-j) / (k u_0): the factor of u_j w_(k-j).
- */
+/* In u^p = w, w_k = sum over 0 < j <= k of ((p + 1) j - k) u_j w_(k-j) / (k u_0): the factor of u_j
+ * w_(k-j). */
 LL_INLINE double ll_series_power_factor(double p, int j, int k)
 {
     return (p + 1) * j - k;

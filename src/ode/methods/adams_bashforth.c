@@ -8,8 +8,8 @@
 
 enum { STEPS_MAX = 4 };
 
-#define NODE                                                                                                 \
-    0.57735026918962576 /* 1 / sqrt(3), a node of Gauss's rule, which is exact up to the third degree */
+/* 1 / sqrt(3), a node of Gauss's rule, which is exact up to the third degree */
+#define NODE 0.57735026918962576
 
 typedef struct coefficients {
     int steps;

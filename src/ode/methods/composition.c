@@ -17,8 +17,8 @@ static bool keeps_acceleration(const composition *c, const ll_ode *ode)
     return c->drift[c->stages - 1] == 0 && !ode->velocity_dependent;
 }
 
-/* One coordinate is the usual case, and too few for a loop in vectors, which starts with a dozen questions.
- */
+/* One coordinate is the usual case, and too few for a loop in vectors, which starts with a dozen
+ * questions. */
 static inline void add(double *to, double by, const double *what, int count)
 {
     to[0] += by * what[0];

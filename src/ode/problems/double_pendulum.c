@@ -29,8 +29,8 @@ LL_ODE_ACCELERATION(acceleration, 4, {
 
 static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration)};
 
-/* Terms of sin and cos of an angle z: k sin_k = sum of j z_j cos_(k-j), k cos_k = -(sum of j z_j sin_(k-j)).
- */
+/* Terms of sin and cos of an angle z: k sin_k = sum of j z_j cos_(k-j), k cos_k = -(sum of j z_j
+ * sin_(k-j)). */
 typedef struct terms {
     ll_term q[LL_SERIES_TERMS], v[LL_SERIES_TERMS];             /* both angles, both speeds */
     ll_term steep[LL_SERIES_TERMS];                             /* j q_j */

@@ -73,8 +73,7 @@ extern const char *const ll_broad_names[LL_BROADS + 1]; /* NULL-terminated */
 void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *boxes, const uint8_t *moved,
                     const int32_t *list, int32_t count, ll_pair_list *out);
 
-/* strips.c: the pairs of `count` proxies. False without enough scratch, or when too many are too tall.
- */
+/* strips.c: the pairs of `count` proxies. False without enough scratch, or when too many are too tall. */
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out);
 

@@ -5,8 +5,8 @@
  * removes them, so that their correction adds no velocity (the authors' post-stabilisation). Passes over
  * contacts: 3 per iteration (each contact is seen from both its bodies, and once to grow), and 2.
  *
- * Forces are in N (lambda of the paper). Errors C have the sign for which a positive force pushes b along n.
- */
+ * Forces are in N (lambda of the paper). Errors C have the sign for which a positive force pushes b along
+ * n. */
 #include "rigid/solver/solver.h"
 
 #include <string.h>

@@ -8,9 +8,9 @@
 #include "base/assert.h"
 
 /* A heap has up to three contacts per body; with contacts and constraints, `enough_bodies` of it take about
- * half of a second-level cache of 1 MiB. Smaller worlds gain less from groups than they cost. So do worlds in
- * which one island has most of the bodies: these are solved as a whole, and checked again after some steps.
- */
+ * half of a second-level cache of 1 MiB. Smaller worlds gain less from groups than they cost. So do worlds
+ * in which one island has most of the bodies: these are solved as a whole, and checked again after some
+ * steps. */
 enum { enough_bodies = 400, least_world = 2000, whole_steps = 16 };
 
 static size_t most_groups(const ll_rigid_limits *l)

@@ -55,8 +55,8 @@ static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd i
 #elif LL_WIDE == 2
 #include <emmintrin.h>
 typedef __m128d vd;
-/* Aligned, which the arithmetic of SSE2 requires of operands in memory: wide contacts and solver bodies are.
- */
+/* Aligned, which the arithmetic of SSE2 requires of operands in memory: wide contacts and solver bodies
+ * are. */
 #define v_load _mm_load_pd
 #define v_store _mm_store_pd
 #define v_all _mm_set1_pd

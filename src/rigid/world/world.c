@@ -181,8 +181,8 @@ static void count_rest(ll_rigid *w, ll_body *b, const ll_solver_body *m)
         b->sleep_time += w->dt;
 }
 
-/* The end of a step, in parts. A part lists the bodies whose boxes must be renewed in its own part of `left`.
- */
+/* The end of a step, in parts. A part lists the bodies whose boxes must be renewed in its own part of
+ * `left`. */
 typedef struct finishing {
     ll_rigid *w;
     int32_t *left;

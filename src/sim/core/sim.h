@@ -113,8 +113,8 @@ typedef struct ll_sim_kind {
     /* Whether a running session may change from one configuration to the other, beyond what its rows say.
      * NULL: it may. */
     ll_status (*may_change)(const void *config, const void *before);
-    /* Adjusts dependent values after a change; `before` is the configuration before it, NULL for a new one.
-     */
+    /* Adjusts dependent values after a change; `before` is the configuration before it, NULL for a new
+     * one. */
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
