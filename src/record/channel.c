@@ -12,7 +12,6 @@ const ll_channel_info ll_channels[LL_CHANNELS] = {
     [LL_CHANNEL_BUFFERED] = {"buffered", "Snapshots in the interpolation buffers."},
     [LL_CHANNEL_SHOTS] = {"shots", "The last shots, as evaluated by each side."},
     [LL_CHANNEL_TRAFFIC] = {"traffic", "Messages by type, losses and round trips of each player."},
-    [LL_CHANNEL_SPECTATORS] = {"spectators", "What spectators of a netgame show; no rows without any."},
     [LL_CHANNEL_MOTION] = {"motion", "A motion, integrated by each method."},
     [LL_CHANNEL_BODIES] = {"bodies", "Rigid bodies."},
     [LL_CHANNEL_CONTACTS] = {"contacts", "Contacts of rigid bodies."},

@@ -41,7 +41,7 @@ function* allLeaves() {
   const [netgame, motion] = schema.oneOf;
   for (const leaf of leaves(netgame, [])) {
     const choice = leaf.variant ? `"game":"${leaf.variant}",` : leaf.path.startsWith('profiles.') ? '"profiles":[{}],' : undefined;
-    yield { ...leaf, scenario: leaf.path.startsWith('spectators.') ? 'spectators' : 'race', choice };
+    yield { ...leaf, scenario: 'race', choice };
   }
   for (const leaf of leaves(motion, [])) {
     const choice = leaf.variant && `"methods":[{"method":"rk4"}],"problem":"${leaf.variant}",`; // it can do every problem

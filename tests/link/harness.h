@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "link/line/link.h"
+#include "support/link.h"
 
 typedef struct packet {
     int64_t number;
@@ -39,7 +39,7 @@ static inline ll_sending packet_send(ll_link *link, const ll_link_params *params
                                      int64_t number)
 {
     packet p = packet_make(number);
-    return ll_link_send(link, params, lag_ms, now, &p, packet_size(number));
+    return link_send(link, params, lag_ms, now, &p, packet_size(number));
 }
 
 /* Takes the next packet due; returns its number, or -1. Bytes and size must be those that were sent. */
@@ -76,7 +76,7 @@ static inline ll_sending *link_send_many(ll_link *link, const ll_link_params *pa
     ll_sending *sendings = malloc((size_t)count * sizeof *sendings);
     assert_non_null(sendings);
     for (int64_t i = 0; i < count; i++) {
-        sendings[i] = ll_link_send(link, params, lag_ms, i * STEP, &i, (int)sizeof i);
+        sendings[i] = link_send(link, params, lag_ms, i * STEP, &i, (int)sizeof i);
         link_drain(link, LL_NEVER - 1);
     }
     return sendings;

@@ -144,7 +144,7 @@ static inline void measure_clock(lone *l, ll_time now)
     const ll_link_params *up = &l->config.link.up;
     ll_time way = ll_ms(l->config.lag_ms + up->delay_ms + up->jitter_ms);
     n->state = LL_CONNECTION_PLAYING;
-    ll_clock_sync_restart(&n->clock);
+    n->clock.count = 0;
     ll_clock_sync_add(&n->clock, ll_clock_filters[0], now - 2 * way, now - way, now, true);
 }
 

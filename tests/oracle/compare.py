@@ -69,15 +69,6 @@ def differences(laglab, filler, scenario):
             count += 1
             if not close(at_path(node, path), value):
                 out.append(f"player {i}: {path} {at_path(node, path)}, oracle {value}")
-    for i, one in enumerate(getattr(sim, "spectators", ())):
-        node = told["metrics"]["spectators"][i]
-        found = [(f"{name}.{fact}", value, off) for name, d in one.distributions().items() for fact, value, off in d.facts()]
-        for path, value, off in found + [(path, value, None) for path, value in one.numbers()]:
-            count += 1
-            theirs = at_path(node, path)
-            same = close(theirs, value) if off is None or value is None else abs(theirs - value) <= off * (1 + 1e-9) + 1e-9
-            if not same:
-                out.append(f"spectator {i}: {path} {theirs}, oracle {value}")
     for path, value in [*server_numbers(sim), *sim.server_numbers()]:
         count += 1
         if not close(at_path(told["metrics"]["server"], path), value):

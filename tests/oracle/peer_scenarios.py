@@ -15,23 +15,7 @@ def enrich(r, scenario):
         scenario["timeline"] = timeline(r, scenario)
     if r.random() < 0.25:
         drop(r, scenario)
-    if r.random() < 0.35:
-        scenario["spectators"] = [spectator(r, len(scenario["players"])) for _ in range(r.choice([1, 1, 2, 4]))]
     return scenario
-
-
-def spectator(r, players):
-    """Who watches, over a link that may fail."""
-    row = {"lag_ms": r.choice([0, 20, 90, 300]), "player": r.randrange(-1, players)}
-    if r.random() < 0.4:
-        row.update(buffer_ticks=r.choice([1, 5, 20, 60]), behind_ticks=r.choice([0, 1, 3, 10, 60]))
-    if r.random() < 0.6:
-        row["link"] = {way: {"loss_pct": r.choice([0, 5, 30]), "jitter_ms": r.choice([0, 10, 80]), "duplicate_pct": r.choice([0, 0, 20])}
-                       for way in ("up", "down")}
-    if r.random() < 0.4:
-        way = row.setdefault("link", {}).setdefault(r.choice(["up", "down"]), {})
-        way.update(blackout_at_ms=r.choice([300, 1100]), blackout_length_ms=r.choice([200, 700, 1300, 2600]))
-    return row
 
 
 def drop(r, scenario):

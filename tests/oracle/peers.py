@@ -11,7 +11,6 @@ from draws import SECOND, millihertz, ns, single, tick_time, unit
 from peer_metrics import peer_distributions, peer_numbers, server_numbers
 from server import CONNECT_AGE, LOOK, PONG_BYTES, QUIET, Seat, Server, State
 from simulation import Simulation
-from spectators import SERVER, Spectator, feed
 
 PACKET_BYTES, RELAY_BYTES, PART_BYTES, HEARD_BYTES, RUN_BYTES, HASH_BYTES = 32, 32, 16, 8, 16, 4
 RUNS = 32  # in a packet, of one player
@@ -282,7 +281,6 @@ class PeerClient(Client):
             kept = self.desync.tick >= 0 or tick > self.sim.server.step - WORLDS
             if kept and tick > self.k - WORLDS + 1:
                 self.desync.compare(tick, self.worlds[tick], self.sim.server.history[tick])
-        feed(self.sim, now, self.index)
         self.set_timer(now)
 
     def script(self, at, world):
@@ -618,7 +616,6 @@ class Referee(Server):
                 size = RELAY_BYTES + sum(PART_BYTES + RUN_BYTES * part["runs"] for part in parts)
                 self.send(now, index, "relay", {"step": self.step, "has": seat.known - seat.base, "hashed": seat.hashed, "parts": parts,
                                                "hold": self.hold, "resume": self.resume}, size)
-        feed(self.sim, now, SERVER)
 
     def part(self, seat, index, other):
         of = self.seats[other]
@@ -639,13 +636,6 @@ class PeerSimulation(Simulation):
         self.server = Referee(self)
         self.awaited = [[None] * n for _ in range(n)]  # (tick, place) that a player's screen showed ahead of the server
         self.timeline_errors = [[] for _ in range(n)]
-        self.spectators = [Spectator(self, i, row) for i, row in enumerate(scenario["spectators"])]
-
-    def note_sent(self, index, what, size):
-        """A message of the player by another way than its links."""
-        if self.counts:
-            count, total = self.sent.get((index, *what), (0, 0))
-            self.sent[(index, *what)] = (count + 1, total + size)
 
     def step_world(self, world, axes, tick):
         return self.game.step(self.params, world, axes, self.h, tick_time(self.step_hz, tick) / 1e9)
@@ -658,7 +648,6 @@ class PeerSimulation(Simulation):
         for i, client in enumerate(self.clients):
             events += [(self.flying[way][i][0][0], way, i) for way in (0, 1) if self.flying[way][i]]
             events.append((client.next_time(), 6, i))
-        events += [(one.next_time(), 5, 1 + i) for i, one in enumerate(self.spectators)]
         return min(events)
 
     def handle(self, event):
@@ -669,9 +658,6 @@ class PeerSimulation(Simulation):
         if event[1] == 3:
             self.now = event[0]
             self.server.make_step(self.now)
-        elif event[1] == 5 and event[2] > 0:
-            self.now = event[0]
-            self.spectators[event[2] - 1].wake(self.now)
         else:
             super().handle(event)
 

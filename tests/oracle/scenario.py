@@ -32,7 +32,7 @@ class Filler:
                 out[name] = self.fill(given.get(name, {}), self.root["$defs"][game])
             elif row.get("type") == "object" and name != "set":
                 out[name] = self.fill(given.get(name, {}), row)
-            elif row.get("type") == "array" and name in ("players", "spectators"):
+            elif row.get("type") == "array" and name == "players":
                 out[name] = [self.fill(p, row["items"]) for p in given.get(name, ())]
             elif name in given:
                 out[name] = copy.deepcopy(given[name])

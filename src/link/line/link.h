@@ -24,11 +24,6 @@ typedef struct ll_link ll_link; /* part of a block; size from ll_link_size */
 size_t ll_link_size(int slots, int arena_bytes); /* a multiple of 8 */
 void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint64_t stream);
 
-/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. No message may take 2^32 ns or
- * more: see ll_link_delay_max_ms. */
-ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
-                        const void *bytes, int size);
-
 /* Is called for each packet, in the order of sending. */
 typedef struct ll_link_tap {
     void (*packet)(void *context, const ll_link_packet *packet);
@@ -60,6 +55,9 @@ void ll_link_plan_share(ll_link_plan *plan, ll_bottleneck *queue, ll_profile_sta
  * plan. */
 ll_link_plan ll_link_plan_with(const ll_link_params *params, double lag_ms, const ll_link_profile *profile,
                                ll_profile_state *state);
+
+/* Sends `size` bytes (at most the arena) at `now`. No message may take 2^32 ns or more: see
+ * ll_link_delay_max_ms. */
 ll_sending ll_link_send_by(ll_link *link, const ll_link_plan *plan, ll_time now, const void *bytes, int size);
 
 /* The same for the usual message: in one packet, of a link with room, without impairments or a tap. It

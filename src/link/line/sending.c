@@ -318,10 +318,3 @@ bool ll_link_send_single(ll_link *l, const ll_link_plan *plan, ll_time now, cons
     LL_VALIDATE(ll_link_valid(l));
     return true;
 }
-
-ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                        const void *bytes, int size)
-{
-    const ll_link_plan plan = ll_link_plan_of(params, lag_ms);
-    return ll_link_send_by(l, &plan, now, bytes, size);
-}

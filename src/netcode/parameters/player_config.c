@@ -46,11 +46,11 @@ static const ll_param link_rows[] = {
      .help = "From the server to the client."},
 };
 
-const ll_param_table ll_link_pair_table = {.name = "link_pair",
-                                           .help = "A player's link, per direction.",
-                                           .rows = link_rows,
-                                           .count = sizeof link_rows / sizeof link_rows[0],
-                                           .size = sizeof(ll_link_pair)};
+static const ll_param_table link_table = {.name = "link_pair",
+                                          .help = "A player's link, per direction.",
+                                          .rows = link_rows,
+                                          .count = sizeof link_rows / sizeof link_rows[0],
+                                          .size = sizeof(ll_link_pair)};
 
 static const ll_param player_rows[] = {
     {.name = "name",
@@ -68,7 +68,7 @@ static const ll_param player_rows[] = {
     {.name = "link",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_player_config, link),
-     .child = &ll_link_pair_table,
+     .child = &link_table,
      .live = true,
      .help = "Impairments of each direction."},
     {.name = "prediction",

@@ -76,11 +76,6 @@ void ll_clock_sync_add(ll_clock_sync *sync, const ll_clock_filter *filter, ll_ti
     sync->at = received;
 }
 
-void ll_clock_sync_restart(ll_clock_sync *sync)
-{
-    sync->count = 0;
-}
-
 ll_time ll_clock_sync_round_trip(const ll_clock_sync *sync)
 {
     ll_time longest = 0;

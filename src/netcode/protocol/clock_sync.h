@@ -48,8 +48,5 @@ extern const char *const ll_clock_filter_names[];
 void ll_clock_sync_add(ll_clock_sync *sync, const ll_clock_filter *filter, ll_time sent, ll_time server,
                        ll_time received, bool snap);
 
-/* Forgets the samples, not the offset in use: the link has changed. */
-void ll_clock_sync_restart(ll_clock_sync *sync);
-
 /* The longest round trip of the last samples; 0: no samples. */
 ll_time ll_clock_sync_round_trip(const ll_clock_sync *sync);

@@ -66,8 +66,6 @@ typedef enum ll_peers_choice {
     LL_PEERS_STRETCH = 2,
     LL_PEERS_ADAPT = 4,
     LL_PEERS_PACE = LL_PEERS_STRETCH | LL_PEERS_ADAPT, /* leads are reported by fractions of a tick */
-    LL_PEERS_OF_CLIENTS = 7,                           /* all of these, for which a client keeps more */
-    LL_PEERS_WATCHED = 8,                              /* there are spectators */
 } ll_peers_choice;
 
 #define LL_ADAPTIVE_DELAY_MAX 8 /* ticks */
@@ -106,18 +104,6 @@ typedef struct ll_link_pair {
     ll_link_params up, down;
 } ll_link_pair;
 
-#define LL_SPECTATORS_MAX 4
-#define LL_SPECTATOR_BUFFER_MAX 60 /* ticks (GGRS) */
-
-/* Who watches a game of the peer-to-peer syncs. A block has them by themselves, and only where there are any.
- */
-typedef struct ll_spectator_params {
-    double lag_ms; /* one way, both directions */
-    ll_link_pair link;
-    int64_t player; /* whose client sends it the inputs; -1: the server */
-    int64_t buffer_ticks, behind_ticks;
-} ll_spectator_params;
-
 typedef struct ll_player_config {
     char name[LL_NAME_MAX + 4];
     int32_t authority; /* ll_authority */
@@ -148,8 +134,6 @@ extern const ll_param_table ll_policy_table;      /* of ll_policy_params */
 extern const ll_policy_params ll_policy_defaults; /* those of its rows */
 extern const ll_param_table ll_reckoning_table;   /* of ll_reckoning_params */
 extern const ll_param_table ll_peers_table;       /* of ll_peers_params */
-extern const ll_param_table ll_spectator_table;   /* of ll_spectator_params */
-extern const ll_param_table ll_link_pair_table;
 
 /* The ll_peers_choice bits of these parameters. */
 uint8_t ll_peers_choices(const ll_peers_params *params);

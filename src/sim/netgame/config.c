@@ -76,14 +76,6 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_netgame_config, peers),
      .child = &ll_peers_table,
      .help = "The peer-to-peer syncs, deterministic and rollback."},
-    {.name = "spectators",
-     .type = LL_PARAM_ARRAY,
-     .offset = offsetof(ll_netgame_config, spectators),
-     .max = LL_SPECTATORS_MAX,
-     .child = &ll_spectator_table,
-     .count_offset = offsetof(ll_netgame_config, spectator_count),
-     .live = true,
-     .help = "Who watches a game with deterministic or rollback without taking part."},
     {.name = "reports",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_netgame_config, reports),
@@ -158,55 +150,6 @@ static ll_status check_peers(const ll_netgame_config *c)
     return ll_field_error(LL_BAD_INPUT, "peers.topology",
                           "peers.topology: must be relay unless server.transport is %s; got mesh with %s",
                           ll_transport_names[0], ll_transport_names[c->server.transport]);
-}
-
-static ll_status check_spectator_way(const ll_spectator_params *s, const ll_link_params *way, int i,
-                                     const char *name)
-{
-    char field[64];
-    double longest = ll_link_delay_max_ms(way, s->lag_ms);
-    snprintf(field, sizeof field, "spectators.%d.link.%s", i, name);
-    if (way->profile != 0)
-        return ll_field_error(LL_BAD_INPUT, field, "%s: must have the profile none; got %s", field,
-                              ll_profile_names[way->profile]);
-    if (longest > LL_ONE_WAY_MAX_MS)
-        return ll_field_error(LL_BAD_INPUT, field, "%s must delay a packet by at most %d ms; got %g", field,
-                              LL_ONE_WAY_MAX_MS, longest);
-    return ll_ok();
-}
-
-static ll_status check_spectator(const ll_netgame_config *c, int i)
-{
-    const ll_spectator_params *s = &c->spectators[i];
-    char field[48];
-    snprintf(field, sizeof field, "spectators.%d.player", i);
-    if (c->peers.topology == LL_TOPOLOGY_MESH && s->player < 0)
-        return ll_field_error(LL_BAD_INPUT, field, "%s: must be a player in a mesh; got %lld", field,
-                              (long long)s->player);
-    if (s->player >= c->player_count)
-        return ll_field_error(LL_BAD_INPUT, field, "%s: must be -1 to %d; got %lld", field,
-                              c->player_count - 1, (long long)s->player);
-    LL_TRY(check_spectator_way(s, &s->link.up, i, "up"));
-    return check_spectator_way(s, &s->link.down, i, "down");
-}
-
-static ll_status check_spectators(const ll_netgame_config *c)
-{
-    if (c->spectator_count == 0)
-        return ll_ok();
-    if (!ll_syncs[c->server.sync]->observe)
-        return ll_field_error(LL_BAD_INPUT, "spectators",
-                              "spectators: must be none unless server.sync is deterministic or rollback; got "
-                              "%d with %s",
-                              c->spectator_count, ll_syncs[c->server.sync]->name);
-    if (!ll_transport_plain(c->server.transport))
-        return ll_field_error(LL_BAD_INPUT, "spectators",
-                              "spectators: must be none unless server.transport is %s; got %d with %s",
-                              ll_transport_names[0], c->spectator_count,
-                              ll_transport_names[c->server.transport]);
-    for (int i = 0; i < c->spectator_count; i++)
-        LL_TRY(check_spectator(c, i));
-    return ll_ok();
 }
 
 static ll_status check_reckoning(const ll_netgame_config *c)
@@ -325,7 +268,6 @@ static ll_status check(const void *object, const char *path)
     LL_TRY(check_sizes(c));
     LL_TRY(check_reckoning(c));
     LL_TRY(check_peers(c));
-    LL_TRY(check_spectators(c));
     LL_TRY(check_authorities(c));
     LL_TRY(check_profiles(c));
     for (int i = 0; i < c->player_count; i++) {

@@ -182,29 +182,6 @@ static void fill_views(const ll_netgame *g, ll_row_set *rows)
     ll_row_set_put(rows, &view_record, all, g->config.player_count + 1);
 }
 
-/* ---- what spectators show: entities as in the views ---- */
-
-const ll_record ll_netgame_spectated_record = {
-    .id = 18,
-    .name = "spectated",
-    .channel = LL_CHANNEL_SPECTATORS,
-    .help = "The entities as each spectator shows them: those of spectator s are of view 1 + players + s.",
-    .form = LL_FORM_BY_INDEX,
-    LL_ROWS_OF(entity, entity_fields),
-    .integers = entity_integers};
-
-void ll_netgame_fill_spectated(const ll_netgame *g, ll_row_set *rows)
-{
-    entity all[LL_ENTITIES_MAX];
-    for (int i = 0; i < ll_netgame_spectator_count(g); i++) {
-        const ll_netgame_spectator *s = ll_netgame_spectator_of(g, i);
-        const ll_world *shown = ll_spectator_world(ll_netgame_watcher(s));
-        for (int k = 0; k < shown->entities; k++)
-            all[k] = entity_of(1 + g->config.player_count + i, k, &shown->entity[k], g->now - s->shown, 0);
-        ll_row_set_put(rows, &ll_netgame_spectated_record, all, shown->entities);
-    }
-}
-
 /* ---- the game's own values ---- */
 
 typedef struct game_value {
@@ -317,8 +294,6 @@ const ll_record *const ll_netgame_records[] = {&view_record,
                                                &ll_netgame_shot_body_record,
                                                &ll_netgame_traffic_record,
                                                &ll_netgame_link_record,
-                                               &ll_netgame_spectator_record,
-                                               &ll_netgame_spectated_record,
                                                NULL};
 
 void ll_netgame_fill(const void *block, ll_row_set *rows)
@@ -343,8 +318,4 @@ void ll_netgame_fill(const void *block, ll_row_set *rows)
         ll_netgame_fill_shots(g, rows);
     if (ll_row_set_wants(rows, &ll_netgame_traffic_record))
         ll_netgame_fill_traffic(g, rows);
-    if (ll_row_set_wants(rows, &ll_netgame_spectator_record)) {
-        ll_netgame_fill_spectators(g, rows);
-        ll_netgame_fill_spectated(g, rows);
-    }
 }

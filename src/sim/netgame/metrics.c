@@ -193,7 +193,6 @@ cJSON *ll_netgame_metrics(const void *block)
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));
-    ll_netgame_spectator_metrics(g, metrics);
     ll_netgame_add_fairness(g, s, players);
     ll_netgame_add_notices(g, metrics);
     return metrics;
@@ -210,7 +209,6 @@ const ll_metric_table *const ll_netgame_metric_tables[] = {&server_table,
                                                            &correction_table,
                                                            LL_NETGAME_VIEW_TABLES,
                                                            LL_NETGAME_PEER_TABLES,
-                                                           &ll_netgame_spectator_table,
                                                            &ll_netgame_connection_table,
                                                            &input_table,
                                                            LL_NETGAME_INPUT_TABLES,

@@ -178,7 +178,6 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         parts->transport = carried ? end : 0;
         end += carried ? (int64_t)ll_transport_size(&setup) : 0;
     }
-    end = ll_netgame_lay_out_spectators(g, c, end, world);
     end += ll_peers_choices(&c->peers) != 0 ? n * (int64_t)sizeof(ll_peer_choices) : 0;
     end += c->server.detection ? n * (int64_t)sizeof(ll_detection) : 0;
     end += c->reckoning.model != 0 ? (int64_t)ll_reckoning_size(n, world.entities) : 0;
@@ -246,8 +245,6 @@ static void begin_game(ll_netgame *g, ll_time now)
         if (s.weapon_prediction)
             ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
-    if (ll_netgame_spectators_of(g))
-        ll_netgame_begin_spectators(g, now);
 }
 
 #define SCREEN_PX 1920 /* as wide as the scene */
@@ -331,8 +328,7 @@ static ll_status init(void *block, const void *config)
     copy_config(g, c);
     g->config.server.compensation.tuned = tuned(c);
     g->config.server.reckons = c->reckoning.model != 0;
-    g->config.server.peers =
-        (ll_peers_choices(&c->peers) | (c->spectator_count > 0 ? LL_PEERS_WATCHED : 0u)) & 127u;
+    g->config.server.peers = ll_peers_choices(&c->peers) & 127u;
     g->size = lay_out(g, c);
     if (tuned(c))
         *(ll_policy_params *)ll_netgame_policies(g) = c->policies;
@@ -361,8 +357,6 @@ static ll_status init(void *block, const void *config)
     init_reports(g, c);
     for (int i = 0; i < n && ll_netgame_choices(g, i); i++)
         ll_netgame_choices(g, i)->budget = c->peers.budget_ticks;
-    if (ll_netgame_spectators_of(g))
-        ll_netgame_init_spectators(g, c);
     if (ll_netgame_reckoning(g))
         ll_reckoning_init(ll_netgame_reckoning(g), &c->reckoning, n, world->entities, server->from);
     const ll_shelf_setup shelf = shelf_of(c);
@@ -453,8 +447,6 @@ static void change(void *block, const void *config, ll_time now)
     g->config.server.reckons = before.reckons;
     g->config.server.peers = before.peers;
     ll_server_configure(ll_netgame_server(g), &g->config.server);
-    if (ll_netgame_spectators_of(g))
-        ll_netgame_change_spectators(g, config);
     const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     bool other_delay = delay_before_ms != g->config.bucket_delay_ms;

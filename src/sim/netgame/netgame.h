@@ -18,8 +18,6 @@
 #include "netcode/server/detect.h"
 #include "netcode/server/reports.h"
 #include "netcode/server/server.h"
-#include "netcode/spectate/feed.h"
-#include "netcode/spectate/spectator.h"
 #include "netcode/state/client.h"
 #include "netcode/state/peer_choices.h"
 #include "sim/core/sim.h"
@@ -40,50 +38,17 @@ typedef struct ll_netgame_config {
     ll_peers_params peers;
     ll_report_params reports;
     ll_bottleneck_params bottleneck;
-    ll_spectator_params spectators[LL_SPECTATORS_MAX];
-    int32_t profile_count, spectator_count;
+    int32_t profile_count, reserved;
     ll_profile_params profiles[LL_PROFILES_MAX];
 } ll_netgame_config;
 
 extern const ll_param_table ll_netgame_table;
-
-/* Ticks: more than a spectator is behind who sends to it. */
-#define LL_NETGAME_MADE 512
 
 /* Where the parts of a player lie in a block. */
 typedef struct ll_netgame_parts {
     int64_t client, up, down, dejitter, client_metrics, desync, weapon_prediction;
     int64_t transport, transport_metrics; /* 0 where messages are packets */
 } ll_netgame_parts;
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
-
-/* A spectator: its machine, its link, what its sender keeps for it, and what is measured. No player reads any
- * of it, so that a game with spectators is the same as without. Offsets are from here. */
-typedef struct ll_netgame_spectator {
-    ll_spectator_params params;
-    ll_clock ticks; /* of its machine */
-    ll_time due;    /* the next of them; LL_NEVER: not before the game begins */
-    int64_t feed, watcher, up, down;
-    ll_time from;          /* metrics count from then on */
-    ll_time shown;         /* when the sender made the tick that is shown */
-    int64_t made_upto;     /* tick that the sender has made */
-    ll_traffic sent, acks; /* by the sender; by the spectator */
-    int64_t ticks_made, catch_up, waits, out_ticks,
-        falls; /* as those of ll_spectator, and counted from then on */
-    ll_histogram age_ms;
-    ll_running_stats behind;
-    ll_time made[LL_NETGAME_MADE]; /* when the sender made a tick, by tick */
-} ll_netgame_spectator;
-
-/* Where they are: after their parts. */
-typedef struct ll_netgame_spectators {
-    int64_t at[LL_SPECTATORS_MAX];
-    int64_t count;
-} ll_netgame_spectators;
-
-#pragma GCC diagnostic pop
 
 /* The start of a block. Offsets are from here. */
 typedef struct ll_netgame {
@@ -278,7 +243,7 @@ static inline ll_detection *ll_netgame_detection(const ll_netgame *g)
 /* Before that, NULL: peers are as by default. */
 static inline ll_peer_choices *ll_netgame_choices(const ll_netgame *g, int player)
 {
-    if ((g->config.server.peers & LL_PEERS_OF_CLIENTS) == 0)
+    if (g->config.server.peers == 0)
         return NULL;
     int entities = ll_server_world_const(ll_netgame_server(g))->entities, players = g->config.player_count;
     size_t behind = g->config.server.compensation.tuned ? sizeof(ll_policy_params) : 0;
@@ -286,56 +251,6 @@ static inline ll_peer_choices *ll_netgame_choices(const ll_netgame *g, int playe
     behind += g->config.server.detection ? (size_t)players * sizeof(ll_detection) : 0;
     size_t from = (size_t)(players - player) * sizeof(ll_peer_choices);
     return (ll_peer_choices *)((char *)g + g->observed - behind - from);
-}
-
-/* Where that begins: what few games have lies before it. */
-static inline char *ll_netgame_rare_end(const ll_netgame *g)
-{
-    int entities = ll_server_world_const(ll_netgame_server(g))->entities, players = g->config.player_count;
-    size_t behind = g->config.server.compensation.tuned ? sizeof(ll_policy_params) : 0;
-    behind += g->config.server.reckons ? ll_reckoning_size(players, entities) : 0;
-    behind += g->config.server.detection ? (size_t)players * sizeof(ll_detection) : 0;
-    if (g->config.server.peers & LL_PEERS_OF_CLIENTS)
-        behind += (size_t)players * sizeof(ll_peer_choices);
-    return (char *)g + g->observed - behind;
-}
-
-/* NULL: no one watches. The spectators' parts come before it. */
-static inline ll_netgame_spectators *ll_netgame_spectators_of(const ll_netgame *g)
-{
-    return g->config.server.peers & LL_PEERS_WATCHED ? (ll_netgame_spectators *)ll_netgame_rare_end(g) - 1
-                                                     : NULL;
-}
-
-static inline int ll_netgame_spectator_count(const ll_netgame *g)
-{
-    const ll_netgame_spectators *all = ll_netgame_spectators_of(g);
-    return all ? (int)all->count : 0;
-}
-
-static inline ll_netgame_spectator *ll_netgame_spectator_of(const ll_netgame *g, int i)
-{
-    return (ll_netgame_spectator *)((char *)g + ll_netgame_spectators_of(g)->at[i]);
-}
-
-static inline ll_feed *ll_netgame_feed_of(const ll_netgame_spectator *s)
-{
-    return (ll_feed *)((char *)s + s->feed);
-}
-
-static inline ll_spectator *ll_netgame_watcher(const ll_netgame_spectator *s)
-{
-    return (ll_spectator *)((char *)s + s->watcher);
-}
-
-static inline ll_link *ll_netgame_spectator_up(const ll_netgame_spectator *s)
-{
-    return (ll_link *)((char *)s + s->up);
-}
-
-static inline ll_link *ll_netgame_spectator_down(const ll_netgame_spectator *s)
-{
-    return (ll_link *)((char *)s + s->down);
 }
 
 /* Whether the inputs of players travel directly to each other. */
@@ -494,18 +409,6 @@ extern const ll_metric_table ll_netgame_desync_table, ll_netgame_stall_table, ll
 #define LL_NETGAME_PEER_TABLES                                                                               \
     &ll_netgame_stall_table, &ll_netgame_rollback_table, &ll_netgame_pacing_table,                           \
         &ll_netgame_sync_test_table, &ll_netgame_desync_table
-/* spectators.c: adds what the spectators see, if there are any */
-void ll_netgame_spectator_metrics(const ll_netgame *g, struct cJSON *metrics);
-extern const ll_metric_table ll_netgame_spectator_table;
-
-/* spectators.c: the spectators, streamed */
-extern const ll_record ll_netgame_spectator_record;
-void ll_netgame_fill_spectators(const ll_netgame *game, ll_row_set *rows);
-
-/* frame.c: the entities that they show, streamed */
-extern const ll_record ll_netgame_spectated_record;
-void ll_netgame_fill_spectated(const ll_netgame *game, ll_row_set *rows);
-
 extern const ll_record ll_netgame_peer_record;
 void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
 

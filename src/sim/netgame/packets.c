@@ -45,6 +45,16 @@ static __attribute__((noinline)) void send_by_transport(ll_netgame_run *run, int
         ll_netgame_record(run->recorder, e);
 }
 
+/* What is counted of a message from `from` of the metrics on. */
+static inline void count_traffic(ll_traffic *t, int type, int bytes, int fragments)
+{
+    int headers = fragments * (LL_UDP_OVERHEAD + (fragments > 1 ? LL_FRAGMENT_HEADER : 0));
+    t->bytes[type] += bytes;
+    t->messages[type]++;
+    t->packets[type] += fragments;
+    t->wire_bytes[type] += bytes + headers;
+}
+
 /* What a message changes apart from its link. */
 static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *seat, bool up, int type,
                              int bytes, int fragments)
@@ -55,7 +65,7 @@ static inline void note_sent(const ll_netgame_run *run, const ll_netgame_seat *s
     else
         seat->slot->connection.last_sent = now;
     if (now >= seat->metrics->from)
-        ll_netgame_count_traffic(&seat->metrics->traffic, type, bytes, fragments);
+        count_traffic(&seat->metrics->traffic, type, bytes, fragments);
 }
 
 static void note_arrivals(ll_input_history *input_history, const ll_message_head *head, const ll_sending *s)
@@ -268,7 +278,7 @@ static __attribute__((noinline)) void pass_on(ll_netgame_run *run, int player, c
     m->other = (uint16_t)(player + 1);
     const ll_sending s = put_on_down_link(run, to, m, bytes);
     if (run->game->now >= run->seat[to].metrics->from)
-        ll_netgame_count_traffic(&run->seat[to].metrics->traffic, LL_MESSAGE_RELAY, bytes, s.fragments);
+        count_traffic(&run->seat[to].metrics->traffic, LL_MESSAGE_RELAY, bytes, s.fragments);
     if (run->recorder)
         record_sending(run, to, &(ll_message_head){.type = LL_MESSAGE_RELAY, .seq = m->head.seq}, &s);
 }

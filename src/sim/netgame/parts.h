@@ -46,7 +46,6 @@ typedef struct ll_netgame_run {
     ll_reports *reports;     /* NULL: players send controls alone */
     ll_detection *detection; /* one per player; NULL: the server detects nothing */
     const ll_recorder *recorder;
-    const ll_netgame_spectators *spectators; /* NULL: no one watches */
     int players;
     bool meshed;       /* players' inputs travel directly to each other */
     uint32_t observes; /* bits of ll_observation */
@@ -104,26 +103,6 @@ void ll_netgame_deliver_held(ll_netgame_run *run, int player); /* by the de-jitt
 
 /* observe.c: the event of a message that is sent now, but for its fate */
 ll_event ll_netgame_message_event(const ll_netgame_run *run, int player, const void *packet);
-
-/* What is counted of a message from `from` of the metrics on. */
-static inline void ll_netgame_count_traffic(ll_traffic *t, int type, int bytes, int fragments)
-{
-    int headers = fragments * (LL_UDP_OVERHEAD + (fragments > 1 ? LL_FRAGMENT_HEADER : 0));
-    t->bytes[type] += bytes;
-    t->messages[type]++;
-    t->packets[type] += fragments;
-    t->wire_bytes[type] += bytes + headers;
-}
-
-/* spectators.c: their parts begin at `at` of a block; returns where they end. With a NULL block only that. */
-int64_t ll_netgame_lay_out_spectators(ll_netgame *g, const ll_netgame_config *c, int64_t at, ll_extent world);
-void ll_netgame_init_spectators(ll_netgame *g, const ll_netgame_config *c);
-void ll_netgame_begin_spectators(ll_netgame *g, ll_time now); /* the game begins */
-void ll_netgame_change_spectators(ll_netgame *g, const ll_netgame_config *c);
-void ll_netgame_feed_spectators(ll_netgame_run *run, int sender); /* after its tick; -1: the server */
-/* The first tick of their machines, and whose it is; LL_NEVER: there is none. */
-ll_time ll_netgame_spectators_due(const ll_netgame_run *run, int *spectator);
-void ll_netgame_spectate(ll_netgame_run *run, int spectator); /* makes it */
 
 /* observe.c: the server's statistics of a packet with inputs, and of a step in which shots were judged */
 void ll_netgame_detect_packet(const ll_netgame_run *run, int player, const void *packet);

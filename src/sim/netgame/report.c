@@ -29,21 +29,6 @@ static cJSON *entity_json(const ll_entity *e)
     return o;
 }
 
-static void spectators(cJSON *state, const ll_netgame *g)
-{
-    const int n = ll_netgame_spectator_count(g);
-    cJSON *all = n > 0 ? cJSON_AddArrayToObject(state, "spectators") : NULL;
-    for (int i = 0; i < n; i++) {
-        const ll_spectator *w = ll_netgame_watcher(ll_netgame_spectator_of(g, i));
-        cJSON *o = cJSON_CreateObject(), *shown = cJSON_AddArrayToObject(o, "entities");
-        number(o, "tick", (double)w->tick);
-        cJSON_AddBoolToObject(o, "out", w->out);
-        for (int k = 0; k < ll_netgame_entities(g); k++)
-            cJSON_AddItemToArray(shown, entity_json(&ll_spectator_world(w)->entity[k]));
-        cJSON_AddItemToArray(all, o);
-    }
-}
-
 cJSON *ll_netgame_state(const void *block)
 {
     const ll_netgame *g = block;
@@ -75,7 +60,6 @@ cJSON *ll_netgame_state(const void *block)
             number(p, game->metrics->fields[k].name, values[k]);
         cJSON_AddItemToArray(players, p);
     }
-    spectators(state, g);
     return state;
 }
 

@@ -186,11 +186,8 @@ static __attribute__((noinline)) void client_ticks(ll_netgame_run *run, int play
         ll_netgame_send(run, player, true, run->composed, bytes);
     if (copies)
         send_copies(run, player);
-    if (run->sync->observe) {
+    if (run->sync->observe)
         run->sync->observe(ll_netgame_desync(run->game, player), client, s, run->server);
-        if (run->spectators)
-            ll_netgame_feed_spectators(run, player);
-    }
 }
 
 /* The same of a usual client, which is no peer. */
@@ -438,15 +435,10 @@ static __attribute__((noinline)) void renew_player(const ll_netgame_run *run, sc
     set_player(next, player, first);
 }
 
-/* The server checks its connections; of the same actor a player above 0 is a spectator. */
+/* The server checks its connections. */
 static __attribute__((noinline)) void renew_tend(const ll_netgame_run *run, schedule *next)
 {
-    int spectator;
     next->tend = turn_of(run->server->next_check, ACTOR_TEND, 0);
-    if (run->spectators) {
-        ll_time due = ll_netgame_spectators_due(run, &spectator);
-        next->tend = earlier(next->tend, turn_of(due, ACTOR_TEND, 1 + spectator));
-    }
     next->server = earlier(earlier(next->step, next->update), next->tend);
 }
 
@@ -486,19 +478,12 @@ static inline __attribute__((always_inline)) bool take_server_turn(ll_netgame_ru
     case ACTOR_UPDATE:
         ll_netgame_update(run);
         run->server->update++;
-        if (run->spectators)
-            ll_netgame_feed_spectators(run, -1);
         renew_update(run, next);
         if (run->sync->steps_by_inputs)
             renew_step(run, next); /* what it has sent may be what a relay waits for */
         renew_arrivals(run, next);
         break;
     case ACTOR_TEND:
-        if (player_of(now) > 0) {
-            ll_netgame_spectate(run, player_of(now) - 1);
-            renew_tend(run, next);
-            break;
-        }
         ll_netgame_check_connections(run);
         renew_all(run, next);
         break;
@@ -597,7 +582,6 @@ static __attribute__((noinline)) void begin(ll_netgame_run *run, ll_netgame *g, 
     run->reports = ll_netgame_reports(g);
     run->detection = ll_netgame_detection(g);
     run->recorder = r;
-    run->spectators = ll_netgame_spectators_of(g);
     run->players = g->config.player_count;
     run->meshed = ll_netgame_meshed(g);
     run->observes = ll_netgame_client_metrics(g, 0)->observes;

@@ -48,19 +48,6 @@ static const char *broken_recent(const ll_netgame *g, int player)
     return NULL;
 }
 
-/* What a spectator has is settled: the server has made those steps, with the same inputs. */
-static const char *broken_spectator(const ll_netgame *g, int i)
-{
-    const ll_netgame_spectator *s = ll_netgame_spectator_of(g, i);
-    const ll_spectator *w = ll_netgame_watcher(s);
-    const ll_feed *feed = ll_netgame_feed_of(s);
-    if (w->tick > w->known || w->known - w->tick > s->params.buffer_ticks)
-        return "a spectator shows a tick without inputs, or keeps more than its buffer";
-    if (w->known > ll_netgame_server(g)->step || feed->settled > ll_netgame_server(g)->step)
-        return "a spectator has inputs that are not settled";
-    return feed->acked > ll_netgame_server(g)->step ? "a spectator has acknowledged what was not sent" : NULL;
-}
-
 const char *ll_netgame_broken(const ll_netgame *g)
 {
     const ll_server *server = ll_netgame_server(g);
@@ -74,7 +61,5 @@ const char *ll_netgame_broken(const ll_netgame *g)
         if (broken == NULL)
             broken = broken_recent(g, i);
     }
-    for (int i = 0; i < ll_netgame_spectator_count(g) && broken == NULL; i++)
-        broken = broken_spectator(g, i);
     return broken;
 }

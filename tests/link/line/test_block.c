@@ -139,7 +139,7 @@ static void the_limit_of_bytes_is_exact(void **state)
         ll_time now = i * LL_MS;
         int room = 1003 - in_flight;
         int size = i % 10 == 0 ? room : i * 37 % 97;
-        ll_sending s = ll_link_send(link, &params, 100, now, bytes, size);
+        ll_sending s = link_send(link, &params, 100, now, bytes, size);
         assert_int_equal(s.fate, size <= room && ll_link_in_flight(link) <= 100 ? LL_FATE_DELIVERED
                                                                                 : LL_FATE_OVERFLOW);
         in_flight += s.fate == LL_FATE_DELIVERED ? size : 0;

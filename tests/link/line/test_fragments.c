@@ -28,7 +28,7 @@ static void drain(ll_link *link)
 static ll_sending send(ll_link *link, const ll_link_params *params, ll_time now, int size)
 {
     drain(link);
-    return ll_link_send(link, params, LAG, now, bytes, size);
+    return link_send(link, params, LAG, now, bytes, size);
 }
 
 static void assert_share(int64_t count, int64_t of, double share)
@@ -183,7 +183,7 @@ static void a_message_takes_one_place(void **state)
         ll_link *link = link_open(3, 10000, 1, 1);
         ll_time sent, due;
         for (int i = 0; i < 4; i++)
-            assert_int_equal(ll_link_send(link, &params, 10, i, bytes, 3000).fate,
+            assert_int_equal(link_send(link, &params, 10, i, bytes, 3000).fate,
                              i < 3 ? LL_FATE_DELIVERED : LL_FATE_OVERFLOW);
         assert_int_equal(ll_link_in_flight(link), 3);
         const ll_link_stats *s = ll_link_get_stats(link);
@@ -212,7 +212,7 @@ static void the_bytes_are_put_together(void **state)
         int size = 8 + (int)(i * 37 % 2500);
         memset(bytes, (int)(i % 251), sizeof bytes);
         memcpy(bytes, &i, sizeof i);
-        ll_sending s = ll_link_send(link, &params, 250, i * STEP, bytes, size);
+        ll_sending s = link_send(link, &params, 250, i * STEP, bytes, size);
         lost += s.fragments > 1 && s.fate != LL_FATE_DELIVERED;
         for (int n;
              (n = ll_link_receive(link, i * STEP, received, (int)sizeof received, &sent, &due)) >= 0;) {

@@ -429,7 +429,7 @@ static void one_trial(uint64_t trial, model *m, totals *t)
         int size = (int)roll(&d, 8, longest);
         memcpy(bytes, &i, sizeof i);
         ll_sending b = model_send(m, &params, lag, now, size);
-        ll_sending a = ll_link_send(link, &params, lag, now, bytes, size);
+        ll_sending a = link_send(link, &params, lag, now, bytes, size);
         compare(&a, &b, trial, i);
         t->fates[a.fate]++;
         t->split += a.fragments > 1;

@@ -87,7 +87,7 @@ static void a_plan_changes_nothing(void **state)
             now += (ll_time)draw(seed, i, 2, 12) * LL_MS;
             for (int k = 0; k < size; k++)
                 bytes[k] = (char)(k * 7 + i);
-            ll_sending s = ll_link_send(a, &params, lag_ms, now, bytes, size);
+            ll_sending s = link_send(a, &params, lag_ms, now, bytes, size);
             ll_sending t = {.fate = LL_FATE_DELIVERED, .fragments = 1};
             bool plain = ll_link_send_plain(b, &plan, now, bytes, size, &t.due);
             if (!plain)

@@ -284,7 +284,7 @@ static void spikes_have_their_windows(void **state)
         ll_link *link = link_open(10, 1000, 1, 1);
         params.spike_every_ms = cases[i].every;
         ll_time now = ll_ms(cases[i].ms);
-        double delay = ll_to_ms(ll_link_send(link, &params, 20, now, "", 0).due - now);
+        double delay = ll_to_ms(link_send(link, &params, 20, now, "", 0).due - now);
         assert_true(delay == (cases[i].within ? 320 : 20));
         free(link);
     }

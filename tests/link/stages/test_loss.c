@@ -182,12 +182,12 @@ static void models_restart_in_their_first_state(void **state)
     others[0].loss_model = LL_LOSS_STATE;
     ll_link *link = link_open(100, 2000, 2, 3);
     for (int round = 0; round < 2; round++) {
-        assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
-        assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
-        assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
-        assert_int_equal(ll_link_send(link, &others[round], 100, 0, "", 0).fate, LL_FATE_DELIVERED);
+        assert_int_equal(link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
+        assert_int_equal(link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
+        assert_int_equal(link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
+        assert_int_equal(link_send(link, &others[round], 100, 0, "", 0).fate, LL_FATE_DELIVERED);
     }
-    assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
+    assert_int_equal(link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
     free(link);
 }
 

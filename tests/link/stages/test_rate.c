@@ -27,7 +27,7 @@ static ll_sending send(ll_link *link, const ll_link_params *params, ll_time now)
 {
     char bytes[SIZE] = {0};
     link_drain(link, now);
-    return ll_link_send(link, params, LAG, now, bytes, SIZE);
+    return link_send(link, params, LAG, now, bytes, SIZE);
 }
 
 static void without_a_rate_nothing_queues(void **state)
@@ -130,7 +130,7 @@ static void the_slots_bound_the_queue(void **state)
     ll_link *link = link_open(7, 2500, 1, 1);
     for (int i = 0; i < 12; i++) {
         char bytes[SIZE] = {0};
-        ll_sending s = ll_link_send(link, &params, 0, i, bytes, SIZE);
+        ll_sending s = link_send(link, &params, 0, i, bytes, SIZE);
         assert_int_equal(s.fate, i < 9 ? LL_FATE_CORRUPTED : LL_FATE_OVERFLOW);
         link_drain(link, i);
         assert_int_equal(ll_link_in_flight(link), 0);
@@ -146,11 +146,11 @@ static void sizes_and_overhead_count(void **state)
     ll_link_params params = rated(64);
     ll_link *link = link_open(200, 40000, 1, 1);
     char bytes[172] = {0};
-    assert_int_equal(ll_link_send(link, &params, 0, 0, bytes, 172).queued, 25 * LL_MS); /* 200 bytes */
+    assert_int_equal(link_send(link, &params, 0, 0, bytes, 172).queued, 25 * LL_MS); /* 200 bytes */
     params.packet_overhead_bytes = 0;
-    assert_int_equal(ll_link_send(link, &params, 0, 25 * LL_MS, bytes, 172).queued, ll_ms(21.5));
+    assert_int_equal(link_send(link, &params, 0, 25 * LL_MS, bytes, 172).queued, ll_ms(21.5));
     params.rate_kbps = 1e-300; /* no time is long enough */
-    assert_int_equal(ll_link_send(link, &params, 0, 0, bytes, 172).fate, LL_FATE_OVERFLOW);
+    assert_int_equal(link_send(link, &params, 0, 0, bytes, 172).fate, LL_FATE_OVERFLOW);
     free(link);
 }
 
@@ -302,7 +302,7 @@ static void queues_agree_with_a_model(void **state)
         int waiting = m->count - m->first;
         bool taken = model_takes(m, &params, now, size, &want);
         link_drain(link, now - 2 * LL_SECOND);
-        ll_sending s = ll_link_send(link, &params, 0, now, bytes, size);
+        ll_sending s = link_send(link, &params, 0, now, bytes, size);
         while (ll_link_in_flight(link) > 30) { /* so that no slot is missing */
             ll_time sent, due;
             ll_link_receive(link, ll_link_next_due(link), bytes, (int)sizeof bytes, &sent, &due);

@@ -78,7 +78,7 @@ static void filters_look_at_the_last_eight(void **state)
                     assert_true(llabs(sync.offset * n - sum) <= n);
                 assert_int_equal(ll_clock_sync_round_trip(&sync), longest);
             }
-            ll_clock_sync_restart(&sync);
+            sync.count = 0;
             assert_int_equal(ll_clock_sync_round_trip(&sync), 0);
         }
 }

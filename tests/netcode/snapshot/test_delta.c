@@ -2,8 +2,8 @@
 #include "netcode/toy.h"
 
 #include "base/rng.h"
-#include "link/line/link.h"
 #include "netcode/snapshot/common.h"
+#include "support/link.h"
 
 #define CLIENTS 2
 #define ENTITIES 42
@@ -173,7 +173,7 @@ static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link,
                 ? 0
                 : (uint32_t)(client_slot->inputs.newest + client_slot->inputs.seq_minus_tick);
         int size = ll_server_compose(n->server, sync, i, &common, bytes);
-        ll_link_send(n->down[i], link, 80, now, bytes, size);
+        link_send(n->down[i], link, 80, now, bytes, size);
     }
 }
 
@@ -200,7 +200,7 @@ static net *run(const ll_sync_mode *sync, const ll_link_params *link, change_fn 
             int size = ll_client_tick(n->client[i], &setup, now, &m);
             ll_client_display(n->client[i], &setup, now);
             if (size > 0)
-                ll_link_send(n->up[i], link, 80, now, &m, size);
+                link_send(n->up[i], link, 80, now, &m, size);
         }
     }
     return n;

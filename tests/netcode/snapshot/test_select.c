@@ -3,9 +3,9 @@
 #include "netcode/toy.h"
 
 #include "base/rng.h"
-#include "link/line/link.h"
 #include "netcode/snapshot/priority.h"
 #include "netcode/snapshot/select.h"
+#include "support/link.h"
 
 /* ---- priority accumulators alone ---- */
 
@@ -267,7 +267,7 @@ static void update(net *n, ll_time now, int64_t counts_from)
             n->bytes += size;
             n->snapshots++;
         }
-        ll_link_send(n->down[i], &n->link, 40, now, bytes, size);
+        link_send(n->down[i], &n->link, 40, now, bytes, size);
     }
 }
 
@@ -290,7 +290,7 @@ static void run(net *n, int64_t steps, after_fn *after)
             int size = ll_client_tick(n->client[i], &setup, now, m);
             ll_client_display(n->client[i], &setup, now);
             if (size > 0)
-                ll_link_send(n->up[i], &n->link, 40, now, m, size);
+                link_send(n->up[i], &n->link, 40, now, m, size);
         }
     }
 }

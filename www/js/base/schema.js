@@ -127,7 +127,7 @@ const GROUPS = {
 
 /** @param {string} at players.0, server, peers, params @param {string[]} paths below it @returns {{title: string, paths: string[]}[]} */
 export function grouped(at, paths) {
-  const table = GROUPS[/^(player|spectator)s\./.test(at) ? 'player' : at] ?? [];
+  const table = GROUPS[/^players\./.test(at) ? 'player' : at] ?? [];
   const place = (/** @type {string} */ path) =>
     (table.findIndex(([, names]) => names.test(path.startsWith(`${at}.`) ? path.slice(at.length + 1) : path)) + table.length + 1) %
     (table.length + 1);

@@ -232,34 +232,6 @@
  */
 
 /**
- * Spectators, counted from the game's begin.
- * @typedef {object} SpectatorsRow
- * @property {number} spectator  index of the spectator
- * @property {number} state  catching_up: makes two ticks at once; out: has fallen out, and waits for a whole world
- * @property {number} tick  tick that it shows
- * @property {number} buffered  ticks; ticks whose inputs it has and that it has not shown
- * @property {number} age_ms  ms; age of what it shows: virtual time now less the time at which its sender made that tick; null: the game has not begun
- * @property {number} waits  ticks of its machine without inputs for a next tick
- * @property {number} catch_up  ticks that it made as second ones at once
- * @property {number} falls  times that it has fallen out
- */
-
-/**
- * The entities as each spectator shows them: those of spectator s are of view 1 + players + s.
- * @typedef {object} SpectatedRow
- * @property {number} view  index of the view
- * @property {number} entity  index of the entity; those of the players come first
- * @property {number} flags  held: no newer data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected; unknown: the player's snapshots do not contain it
- * @property {number} x  m; position
- * @property {number} y  m; position
- * @property {number} vx  m/s; velocity
- * @property {number} vy  m/s; velocity
- * @property {number} angle  rad; orientation
- * @property {number} angular_velocity  rad/s; angular velocity
- * @property {number} age_ms  ms; view age
- */
-
-/**
  * The solution, then each method.
  * @typedef {object} MotionRow
  * @property {number} status  off: not run
@@ -465,8 +437,6 @@
  * @property {ShotBodiesRow[]} shot_bodies
  * @property {TrafficRow[]} traffic
  * @property {LinksRow[]} links
- * @property {SpectatorsRow[]} spectators
- * @property {SpectatedRow[]} spectated
  * @property {MotionRow[]} motion
  * @property {MotionStateRow[]} motion_state
  * @property {WorldsRow[]} worlds

@@ -94,9 +94,8 @@ export const FIELDS = Object.keys(PEERS_DESYNC_FIELD);
 /** @typedef {import('../../../stream/rows.js').ShotBodiesRow} ShotBody */
 /** @typedef {import('../../../stream/rows.js').ShellsRow} Shell */
 
-/** What is in a view: 0 the server's, 1 + p player p's, then the spectators'. @param {Frame} frame @param {number} view
- * @returns {Entity[]} */
-export const entitiesOf = (frame, view) => frame.where(view < frame.views.length ? 'entities' : 'spectated', 'view', view);
+/** What is in a view: 0 the server's, 1 + p player p's. @param {Frame} frame @param {number} view @returns {Entity[]} */
+export const entitiesOf = (frame, view) => frame.where('entities', 'view', view);
 
 /** The game's own values of a player, in the order of the layout. @param {Frame} frame @param {number} player @returns {number[]} */
 export const gameOf = (frame, player) => frame.where('game', 'player', player).map(({ value }) => value);

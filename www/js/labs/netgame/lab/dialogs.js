@@ -31,7 +31,7 @@ function settings(path) {
 }
 
 /** The dialogs that explain each setting. */
-const EXPLAINED = ['player', 'spectator', 'server'];
+const EXPLAINED = ['player', 'server'];
 let explained = false;
 effect(() => {
   /* the schema with its descriptions, when one of them is first shown in their language */
@@ -77,7 +77,7 @@ function renew() {
 
 /** How players are driven, by the keys that do it. */
 const DRIVING = ['left_right', 'a_d', 'up_down', 'enter_e', 'arrows', 'shift', 'escape'];
-const READING = ['marks', 'spring', 'messages', 'word', 'own', 'cells', 'alpha', 'dots', 'spectator'];
+const READING = ['marks', 'spring', 'messages', 'word', 'own', 'cells', 'alpha', 'dots'];
 
 /** @returns {Template} */
 export function help() {
@@ -92,10 +92,6 @@ export const dialogs = {
   player: (player) => [
     t('netgame.settings_of', { name: t('netgame_more.of_player', { name: letter(player) }) }),
     settings(`players.${player}`),
-  ],
-  spectator: (spectator) => [
-    t('netgame.settings_of', { name: t('netgame_more.spectator', { n: String(spectator + 1) }) }),
-    settings(`spectators.${spectator}`),
   ],
   server: () => [t('netgame_more.server_and_game'), html`${settings('server')}${settings('peers')}${settings('params')}`],
   table: (which) => [which === 'error' ? `${t('netgame.chart.drawn')} (${unit.value})` : t('netgame.chart.buffer_ms'), table(which)],

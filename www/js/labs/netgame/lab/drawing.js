@@ -23,7 +23,6 @@ import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
-import { watching } from './page.js';
 import { happened, showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
@@ -39,7 +38,7 @@ let picked = null;
 /** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
 function words(now, view) {
   const v = now.views[view];
-  if (!v) return watching.value?.words(now, view) ?? '';
+  if (!v) return '';
   const shapes = layout.value?.entities ?? [],
     players = layout.value?.players.length ?? 0;
   const where = (/** @type {import('../core/frame.js').Entity} */ e) =>
@@ -90,8 +89,7 @@ function drawView(canvas, now, name) {
     surface.pen.fillRect(0, at.height, at.width, 1);
   }
   if (view === 0 && shapes && strip > 0) drawStandings(at, at.height + strip / 2);
-  if (view > 0 && now.views[view] && strip > 0) drawStrip(at, strip);
-  if (!now.views[view]) watching.value?.draw(at, strip);
+  if (view > 0 && strip > 0) drawStrip(at, strip);
 }
 
 /** Below a player's view. @param {DrawContext} at @param {number} strip its height, px */
@@ -227,7 +225,6 @@ export function draw(now, settled, name) {
   if (texts) {
     showMessages();
     showFacts(now);
-    watching.value?.tell(now);
   }
   showMain(now);
   showConnectionEvents(now);

@@ -30,7 +30,6 @@ function begin(fresh) {
   if (fresh) inspector.value = inspectorOf(now);
   if (fresh || first) overlays.value = { ...overlays.value, dots: flights };
   first = false;
-  page.watch();
   if (link.second !== '' && lesson.value === null) compare();
 }
 
@@ -42,7 +41,6 @@ function rates() {
     shots: chosen === 'shots' ? 60 : 5,
     buffered: chosen === 'buffers' ? 60 : 0,
     traffic: chosen === 'traffic' ? 10 : 0,
-    spectators: params.value?.spectators?.length > 0 ? 60 : 0,
   };
 }
 

@@ -1,7 +1,5 @@
 // The views of server and players, each with its controls, above their messages; the side column.
 import { html, nothing } from '../../../../vendor/lit-html.js';
-import { signal } from '../../../../vendor/signals-core.js';
-import { part } from '../../../base/api.js';
 import { fixed, letter } from '../../../base/format.js';
 import { choiceOf, t } from '../../../base/words.js';
 import { allowed, params } from '../../../session/state.js';
@@ -17,14 +15,6 @@ import { compareButton, side } from './side.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/state.js').Tab} Tab */
-
-/** What spectators see: read where there are any.
- * @type {import('@preact/signals-core').Signal<typeof import('../spectators/spectators.js') | null>} */
-export const watching = signal(null);
-
-export async function watch() {
-  if (params.value?.spectators?.length > 0) watching.value ??= await part(() => import('../spectators/spectators.js'));
-}
 
 /** The views from top to bottom: the first player, the server, the other players. @returns {number[]} */
 function order() {
@@ -114,7 +104,6 @@ function tabs() {
     }}>${label}</button>`;
   return html`<nav class="tabs" aria-label=${t('netgame.shown')}>${item('all', t('netgame.all'))}
     ${order().map((view) => item(`view${view}`, view === 0 ? t('netgame.server') : letter(view - 1)))}
-    ${watching.value?.views().map(({ view, name }) => item(`view${view}`, name))}
     ${item('messages', t('netgame.messages'))}<button type="button" aria-pressed=${followed.value !== null}
       @click=${() => follow()}>${t('netgame.packet')}</button>
     ${item('charts', t('netgame.charts'))}${compareButton()}</nav>`;
@@ -125,11 +114,10 @@ export function template() {
   if (followed.value !== null)
     return html`${tabs()}<main data-tab="packet"><div class="rows" id="views"
       tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
-  const count = order().length + (watching.value?.views().length ?? 0),
-    shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
+  const shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
   return html`${tabs()}
-    <main data-tab=${tab.value} data-rows=${count} data-shape=${shape}>
-      <div class="rows" id="views" tabindex="-1">${order().map(row)}${watching.value?.rows()}${messages()}
+    <main data-tab=${tab.value} data-rows=${order().length} data-shape=${shape}>
+      <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
         ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
       ${side()}</main>`;
 }

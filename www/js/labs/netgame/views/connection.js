@@ -29,11 +29,6 @@ export function drawConnection(at) {
     pen.fillRect(0, 0, width, height);
     pen.globalAlpha = 1;
   }
-  pill(at, words);
-}
-
-/** A word over a view. @param {DrawContext} at @param {string} words */
-export function pill({ pen, colours, width }, words) {
   pen.font = `700 ${colours.text}px ${colours.font}`;
   const wide = pen.measureText(words).width + 2 * colours.text,
     high = colours.text * 1.8,
