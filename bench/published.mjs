@@ -75,7 +75,7 @@ async function archers() {
     x: 'units',
     y: 'bytes per second',
     logarithmic: true,
-    level: { at: 3600, name: '28.8 kbit/s' },
+    levels: [{ at: 3600, name: '28.8 kbit/s' }],
     series: groupsOf(rows, ['way']).map((group) => ({
       name: group[0].way,
       points: group.map((row) => [row.units, row.down_bytes_per_s]),
@@ -129,7 +129,7 @@ async function shotBehindCover() {
     title: 'Shots behind cover that remain, of those with rewind',
     x: 'one-way lag of the shooters, ms',
     y: '%',
-    level: { at: 5.9, name: '94.1 % fewer' },
+    levels: [{ at: 5.9, name: '94.1 % fewer' }],
     series: groupsOf(
       rows.filter(({ policy }) => policy === 'victim_veto'),
       ['grace_ms'],

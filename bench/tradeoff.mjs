@@ -1,9 +1,10 @@
 // Speed against error of eight families of methods, each with an image and the cheapest method at three levels of error, measured again.
 // docs/tradeoff.md shows both. --quick: 10 seeds for each setting and its check; default 20, and 100 where a few seeds have most of the
 // error.
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { HEIGHT, WIDTH, drawFigure } from './figure.mjs';
 import { digits, laglab, printTable, results, run, writeCsv } from './lib.mjs';
 
 const quick = process.argv.includes('--quick');
@@ -65,20 +66,49 @@ const choices = {
 const short = (row) =>
   Object.fromEntries(Object.entries(row).map(([name, value]) => [name, typeof value === 'number' ? Number(value.toPrecision(6)) : value]));
 
+/** Of the methods with a point on the front, error against cost. Rings: the front, and choices. */
+function figure(problem, cost, rows, chosen) {
+  const of = (row) => row.metric === problem.error && row.scenario === problem.scenario && row.cost === cost.path,
+    place = (row) => [row.cost_value, row.error],
+    drawn = rows.filter((row) => of(row) && row.error !== null && row.cost_value !== null && (row.error > 0 || row.seeds > 1)),
+    choices = chosen.filter(of);
+  return drawFigure({
+    title: `${problem.scenario}: ${problem.title}`,
+    x: cost.title,
+    y: problem.title,
+    series: [...new Set(drawn.filter((row) => row.front).map((row) => row.method))].map((method) => {
+      const own = drawn.filter((row) => row.method === method),
+        parts = [...new Set(own.map((row) => row.setting))].map((setting) => own.filter((row) => row.setting === setting).map(place));
+      return { name: method, points: own.map(place), parts };
+    }),
+    rings: [
+      ...drawn.filter((row) => row.front).map((row) => ({ at: place(row), radius: 5, colour: '#b34700' })),
+      ...choices.filter((row) => row.method).map((row) => ({ at: place(row), radius: 8, colour: '#333' })),
+    ],
+    levels: choices.map(({ level }) => ({ at: level, name: digits(level, 2) })),
+    logarithmic: drawn.every((row) => row.error > 0),
+    across: drawn.every((row) => row.cost_value > 0),
+  });
+}
+
+/** Figures of a family, two in a row. */
+function figures({ problems, costs }, rows, chosen) {
+  const all = problems.flatMap((problem) => costs.map((cost) => figure(problem, cost, rows, chosen)));
+  const placed = all.map((text, i) =>
+    text.replace('<svg ', `<svg x="${(i % 2) * WIDTH}" y="${Math.floor(i / 2) * HEIGHT}" width="${WIDTH}" height="${HEIGHT}" `),
+  );
+  return [
+    `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${2 * WIDTH} ${Math.ceil(all.length / 2) * HEIGHT}">`,
+    ...placed,
+    '</svg>\n',
+  ].join('\n');
+}
+
 const all = [];
-for (const { name, title } of JSON.parse(await run(laglab, ['tradeoff', '--list']))) {
-  const [rows, winners] = ['rows', 'winners'].map((part) => join(folder, `${name}.${part}.json`));
-  await run(laglab, [
-    'tradeoff',
-    name,
-    ...seedsOf(name),
-    '--out',
-    rows,
-    '--winners',
-    winners,
-    '--svg',
-    join(results, 'tradeoff', `${name}.svg`),
-  ]);
+for (const family of JSON.parse(await run(laglab, ['tradeoff', '--list']))) {
+  const { name, title } = family,
+    [rows, winners] = ['rows', 'winners'].map((part) => join(folder, `${name}.${part}.json`));
+  await run(laglab, ['tradeoff', name, ...seedsOf(name), '--out', rows, '--winners', winners]);
   const read = (file) => JSON.parse(readFileSync(file, 'utf8')).map(short);
   const chosen = read(winners);
   all.push(...chosen);
@@ -95,6 +125,7 @@ for (const { name, title } of JSON.parse(await run(laglab, ['tradeoff', '--list'
       'as cheap': row.as_cheap || '-',
     })),
   );
+  writeFileSync(join(results, 'tradeoff', `${name}.svg`), figures(family, read(rows), chosen));
   writeCsv(`tradeoff/${name}`, command, settings, read(rows));
 }
 writeCsv('tradeoff/winners', command, choices, all);

@@ -7,7 +7,7 @@ set(vendor ${BINARY}/www/vendor)
 foreach(folder IN ITEMS www scenarios)
     file(REMOVE_RECURSE ${BINARY}/${folder})
     if(IS_DIRECTORY ${SOURCE}/${folder})
-        file(COPY ${SOURCE}/${folder} DESTINATION ${BINARY})
+        file(COPY ${SOURCE}/${folder} DESTINATION ${BINARY} REGEX "/www/report$" EXCLUDE) # that is in the program
     endif()
 endforeach()
 

@@ -12,7 +12,8 @@ const INTRODUCTION = `# Speed against error
 
 Which method is the cheapest at a given error? \`laglab tradeoff\` measures families of methods, each method at each of its own settings,
 and places them on the Pareto front of the error and every cost: processor time, work that is the same on every machine, bytes per second,
-latency, memory. Each image has a drawing for each cost; left is cheap, low is accurate.
+latency, memory. Each image has a drawing for each cost; left is cheap, low is accurate. \`--report FILE.html\` draws the same of a
+measurement of yours.
 
 - **Error**: the mean over seeds with its 95 % [interval](experiments.md#intervals); without randomness a run's own.
 - **Front**: marked points, for which no other is better in both.

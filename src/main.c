@@ -52,7 +52,7 @@ static const struct {
     {"tradeoff",
      "[FAMILY...] [--methods A,B,...] [--seeds N] [--check-seeds N] [--duration S] [--out FILE] [--winners "
      "FILE] "
-     "[--format csv|ndjson|json|sqlite] [--report FILE.html] [--svg FILE]",
+     "[--format csv|ndjson|json|sqlite] [--report FILE.html]",
      "speed against error of families of methods: fronts, and the cheapest at three levels of error, "
      "measured "
      "again",

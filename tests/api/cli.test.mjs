@@ -562,13 +562,15 @@ test('work-precision of a netgame: a mean over seeds with its interval, and a pa
     'two seeds have no interval',
   );
   const page = readFileSync(path.join(folder, 'hermite.html'), 'utf8'),
-    figures = page.split('<figure>').slice(1);
-  assert.equal(figures.length, 2, 'against time and against bytes');
-  for (const figure of figures) {
-    assert.equal(figure.match(/<title>/g)?.length, rows.length);
-    assert.equal(figure.match(/class="line/g)?.length, 2);
-    assert.equal(figure.match(/class="ci"/g)?.length, rows.length);
-  }
+    { kind, command, levels } = JSON.parse(/id="head">([^<]*)</.exec(page)[1]);
+  assert.deepEqual([kind, command], ['work-precision', 'laglab work-precision hermite']);
+  assert.deepEqual(
+    levels.map((/** @type {any} */ level) => [level.series, level.value, level.cpu_s, level.count, level.y, level.low, level.high]),
+    rows.map((/** @type {any} */ row) => [
+      ...[row.series, row.value, row.cpu_min_s, row.count, row.error],
+      ...[row.error_low, row.error_high],
+    ]),
+  );
   refused(['work-precision', 'hermite', '--seeds', '0'], ['--seeds', '1']);
 });
 

@@ -145,7 +145,7 @@ test('an experiment reports its progress, and its rows are those of a sweep', as
     ['little', 'little', 'little', 'little', 'much', 'much', 'much', 'much'],
   );
   assert.equal((await experiment.table({ points: true })).length, 2);
-  assert.match(await experiment.report(), /<svg/);
+  assert.match(await experiment.report(), /id="point-data"/);
   const session = await experiment.open(3);
   assert.equal((await session.info()).tick, 0);
   await session.delete();

@@ -118,10 +118,10 @@ test('rows without randomness equal one run: solvers with their memory, integrat
   }
 });
 
-test('choices follow from the rows; page, image and tables have them all', () => {
+test('choices follow from the rows; page and tables have them all', () => {
   const text = good([
     ...['tradeoff', 'lag_compensation', '--duration', '8', '--seeds', '10', '--check-seeds', '10'],
-    ...['--out', 'rows.ndjson', '--winners', 'winners.ndjson', '--report', 'page.html', '--svg', 'image.svg', '--page', 'http://lab/'],
+    ...['--out', 'rows.ndjson', '--winners', 'winners.ndjson', '--report', 'page.html', '--page', 'http://lab/'],
   ]);
   const lines = (/** @type {string} */ name) =>
     read(name)
@@ -152,17 +152,30 @@ test('choices follow from the rows; page, image and tables have them all', () =>
     assert.equal(row.front, !rows.some((r) => r.cost === row.cost && better(r)), JSON.stringify(row));
   }
   const page = read('page.html'),
-    image = read('image.svg');
-  assert.equal(page.match(/<figure>/g)?.length, 4);
-  assert.equal(page.match(/>holds<|>does not hold</g)?.length, winners.length);
-  const drawn = rows.filter((row) => row.error !== null && row.cost_value !== null).length;
-  assert.equal(page.match(/<title>(?!Speed)/g)?.length, drawn);
-  assert.ok(
-    (page.match(/<a href="http:\/\/lab\/\?scenario=behind_cover&amp;set=/g)?.length ?? 0) >= 2 * drawn,
-    'marks and rows lead to sessions',
+    { kind, command, address, families } = JSON.parse(/id="head">([^<]*)</.exec(page)[1]),
+    [family] = families;
+  assert.doesNotMatch(page, /<link|src=|url\(|import\b/);
+  assert.deepEqual([kind, command, address], ['tradeoff', 'laglab tradeoff lag_compensation', 'http://lab/']);
+  const cost = (/** @type {number} */ c) => family.costs[c].path;
+  assert.deepEqual(
+    family.rows.flatMap((/** @type {any} */ row) =>
+      row.costs.map(([value, low, high], c) => [
+        ...[row.method, row.setting, row.value, cost(c), value, low, high, ...row.error],
+        ...[row.front[c], address + row.link],
+      ]),
+    ),
+    rows.map((row) => [
+      ...[row.method, row.setting, row.value, row.cost, row.cost_value, row.cost_low, row.cost_high],
+      ...[row.error, row.error_low, row.error_high, row.front, row.link],
+    ]),
   );
-  assert.equal(image.match(/<title>/g)?.length, drawn);
-  assert.ok(image.startsWith('<svg xmlns="http://www.w3.org/2000/svg"') && !image.includes('<a ') && image.trimEnd().endsWith('</svg>'));
+  assert.deepEqual(
+    family.choices.map((/** @type {any} */ choice) => [
+      ...[cost(choice.cost), choice.level, family.rows[choice.row].method, family.rows[choice.row].value],
+      ...[choice.outcome, choice.figures, choice.as_cheap.join(', ')],
+    ]),
+    winners.map((w) => [w.cost, w.level, w.method, w.value, w.verdict, w.figures, w.as_cheap]),
+  );
 });
 
 test('what it cannot do is refused with field and range', () => {
@@ -172,6 +185,5 @@ test('what it cannot do is refused with field and range', () => {
   refused(['tradeoff', 'oceans', '--check-seeds', '5'], ['--check-seeds', '10', '1000', '5']);
   refused(['tradeoff', 'oceans', '--duration', '-1'], ['--duration', 'above 0', '-1']);
   refused(['tradeoff', 'oceans', '--methods', 'magic'], ['--methods', 'oceans', 'magic']);
-  refused(['tradeoff', 'oceans', 'particles', '--svg', 'a.svg'], ['--svg', 'one FAMILY', '2']);
   refused(['tradeoff', 'oceans', '--format', 'xml'], ['--format', 'csv', 'xml']);
 });

@@ -1,4 +1,4 @@
-// The report of an experiment in a browser: opened from a file, without a network; what it shows is what the rows say.
+// Reports in a browser: opened from a file, without a network; what they show is what the rows say.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
@@ -50,7 +50,7 @@ async function open(name, wish = {}) {
   page.on('pageerror', (error) => said.push(error.message));
   page.on('request', (request) => request.url() === address || said.push(`asked for ${request.url()}`));
   await page.goto(address);
-  await page.locator('#view canvas').first().waitFor();
+  await page.locator('#views canvas').first().waitFor();
   const ms = performance.now() - from;
   return { page, said, ms, close: () => context.close() };
 }
@@ -239,6 +239,91 @@ test('every view works by keys, in dark and light and on a phone, and a point op
       await page.locator('#detail code').innerText(),
       /^laglab run race --seed 1 --set 'duration_s=3' --set 'players\.0\.prediction=false'/,
     );
+    assert.deepEqual(said, []);
+    await close();
+  }
+});
+
+const lines = (/** @type {string} */ name) =>
+  readFileSync(file(name), 'utf8')
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line)); // prettier-ignore
+
+/** What the marks of each plot say, and the rows of its table. @param {import('playwright-core').Page} page */
+async function plotted(page) {
+  for (const summary of await page.locator('.plots summary').all()) await summary.click();
+  await page.waitForFunction(() => [...document.querySelectorAll('.plots details')].every((one) => one.querySelector('table')));
+  return page.evaluate(() =>
+    globalThis.report.drawings.map((/** @type {any} */ c) => ({
+      marks: c.marks.map((/** @type {any} */ m) => ({ text: m.text(), ...m.of })),
+      rows: [...c.box.parentElement.querySelectorAll('tbody tr')].map((tr) => [...tr.children].map((td) => td.textContent)),
+      marked: c.box.parentElement.querySelectorAll('tr.on').length,
+    })),
+  );
+}
+
+test('a trade-off is drawn for each cost, with its front, levels, choices and links', async () => {
+  laglab(
+    ...['tradeoff', 'lag_compensation', '--duration', '3', '--seeds', '10', '--check-seeds', '10', '--page', 'http://lab/'],
+    ...['--scenarios', path.join(ROOT, 'scenarios'), '--out', 't.ndjson', '--winners', 'w.ndjson', '--report', 't.html'],
+  );
+  const rows = lines('t.ndjson'),
+    winners = lines('w.ndjson'),
+    costs = [...new Set(rows.map((row) => row.cost))];
+  for (const wish of [{}, { viewport: { width: 390, height: 844 }, colorScheme: 'dark' }]) {
+    const { page, said, close } = await open('t', wish),
+      plots = await plotted(page);
+    assert.equal(plots.length, costs.length);
+    for (const [k, cost] of costs.entries()) {
+      const of = rows.filter((row) => row.cost === cost && row.cost_value !== null && row.error !== null);
+      const points = (/** @type {any[]} */ list, /** @type {(one: any) => any[]} */ read) => list.map(read).map(String).sort();
+      const read = (/** @type {any} */ row) => [row.link, row.cost_value, row.error, row.error_low, row.error_high, row.front];
+      assert.deepEqual(
+        points(plots[k].marks, (m) => [m.link, m.x, m.y, m.low, m.high, m.front]),
+        points(of, read),
+      );
+      assert.equal(plots[k].rows.length, of.length);
+      assert.equal(plots[k].marked, of.filter((row) => row.front).length);
+      const chosen = new Set(winners.filter((w) => w.cost === cost && w.link).map((w) => w.link));
+      assert.deepEqual(new Set(plots[k].marks.filter((/** @type {any} */ m) => m.chosen).map((/** @type {any} */ m) => m.link)), chosen);
+    }
+    const choices = await page.locator('h3 + .scroll tbody tr').allInnerTexts();
+    assert.equal(choices.length, winners.length);
+    for (const [k, w] of winners.entries())
+      assert.ok(choices[k].includes(w.verdict) && choices[k].includes(w.method ?? 'none'), choices[k]);
+    await page.locator('#plot-0').focus();
+    await page.keyboard.press('ArrowRight');
+    assert.match(await page.locator('.tip').first().innerText(), /^\w+, \w+ \d+: CPU time of a run, minimum, s /);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    assert.deepEqual(await axe(page), []);
+    assert.deepEqual(said, []);
+    await close();
+  }
+});
+
+test('levels of refinement are drawn against time and counted cost, with the front of each', async () => {
+  const options = ['--duration', '1', '--scenarios', path.join(ROOT, 'scenarios'), '--format', 'ndjson', '--report'];
+  writeFileSync(file('column.ndjson'), laglab('work-precision', 'rigid/column', ...options, 'column.html'));
+  writeFileSync(file('kepler.ndjson'), laglab('work-precision', 'kepler', '--methods', 'rk4,dopri5', ...options, 'kepler.html'));
+  for (const [name, method, error, count] of [
+    ['column', 'series', 'error', 'count'],
+    ['kepler', 'method', 'e_max', 'evaluations'],
+  ]) {
+    const rows = lines(`${name}.ndjson`),
+      { page, said, close } = await open(name),
+      plots = await plotted(page);
+    assert.equal(plots.length, 2);
+    for (const [k, cost] of ['cpu_min_s', count].entries()) {
+      const all = rows.filter((row) => row[error] > 0).map((row) => [row[method], row[cost], row[error]]);
+      const front = all.filter(([, x, y]) => !all.some(([, a, b]) => a <= x && b <= y && (a < x || b < y)));
+      const read = (/** @type {any[]} */ marks) => marks.map((m) => String([m.name.split(',')[0], m.x, m.y])).sort();
+      assert.deepEqual(read(plots[k].marks), all.map(String).sort());
+      assert.deepEqual(read(plots[k].marks.filter((/** @type {any} */ m) => m.front)), front.map(String).sort());
+      assert.equal(plots[k].rows.length, rows.length);
+    }
+    assert.match(await page.locator('body').innerText(), /Repeated by laglab work-precision /);
+    assert.deepEqual(await axe(page), []);
     assert.deepEqual(said, []);
     await close();
   }

@@ -1,14 +1,14 @@
 // Checks how long the lines of JavaScript are: node tests/structure/lines.mjs ROOT
 // Biome lays out code in 140 columns, but leaves comments and the text of templates as they are. A template that needs more has parts
 // that want names of their own. Generated modules are as docs/generate.mjs writes them.
-import { readFileSync, readdirSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { argv, exit } from 'node:process';
 import { fileURLToPath } from 'node:url';
 import { readRooms } from './rooms.mjs';
 
 const COLUMNS_MAX = 140;
-const PLACES = ['www/js', 'clients', 'src', 'tests', 'bench', 'docs', 'examples'];
+const PLACES = ['www/js', 'www/report', 'clients', 'src', 'tests', 'bench', 'docs', 'examples'];
 const OTHERS = new Set(['node_modules', 'build', 'vendor', 'results']);
 
 /** @param {string} root @param {string} folder @returns {string[]} paths below the root */
@@ -23,8 +23,7 @@ function scripts(root, folder) {
 /** @param {string} root @returns {{findings: string[], files: number}} one line per breach */
 export function checkLines(root) {
   const { generated } = readRooms(join(root, 'tests/structure/page_rooms.txt')),
-    there = new Set(readdirSync(root)),
-    files = PLACES.filter((place) => there.has(place.split('/')[0] ?? ''))
+    files = PLACES.filter((place) => existsSync(join(root, place)))
       .flatMap((place) => scripts(root, place))
       .filter((path) => !generated.some((name) => path === `www/js/${name}`));
   const findings = files.flatMap((path) =>

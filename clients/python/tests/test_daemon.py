@@ -98,7 +98,7 @@ class WithDaemon(unittest.TestCase):
         rows, local = made.table(), laglab.sweep("race", **order)
         self.assertEqual(column(rows, "hash"), column(local, "hash"))
         self.assertEqual(len(made.table(points=True)), 2)
-        self.assertIn("<svg", made.report())
+        self.assertIn("point-data", made.report())
         with made.open(3) as session:
             self.assertEqual(session.info()["tick"], 0)
         made.delete()

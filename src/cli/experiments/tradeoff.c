@@ -1,5 +1,6 @@
 /* `laglab tradeoff`: families of methods on fronts of error and several costs, and the cheapest method at
  * three levels of error, measured again. `work-precision` measures one problem, with any parameters of it. */
+#include <cjson/cJSON.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,13 +12,13 @@
 #include "cli/output.h"
 #include "cli/verbs.h"
 #include "experiment/advise/tradeoff.h"
+#include "experiment/report/page.h"
 #include "experiment/report/tradeoff_json.h"
-#include "experiment/report/tradeoff_page.h"
 
 enum { FAMILIES_MAX = 16, SEEDS_DEFAULT = 20 };
 
 typedef struct request {
-    const char *seeds, *check_seeds, *methods, *duration, *out, *winners, *format_name, *report, *svg, *page,
+    const char *seeds, *check_seeds, *methods, *duration, *out, *winners, *format_name, *report, *page,
         *scenarios;
     const ll_format *format;
     bool list;
@@ -213,8 +214,6 @@ static ll_status take_families(request *q, const char *const *names, int count)
     }
     for (const ll_tradeoff_family *f = ll_tradeoff_families; count == 0 && f->name; f++)
         q->families[q->count++].family = f;
-    if (q->svg && q->count != 1)
-        return ll_error(LL_BAD_INPUT, "--svg: needs one FAMILY; got %d", q->count);
     return ll_ok();
 }
 
@@ -278,17 +277,19 @@ static ll_status write_tables(const request *q)
     return ll_ok();
 }
 
-static ll_status write_pages(const request *q)
+static ll_status write_page(const request *q)
 {
     char command[200] = "laglab tradeoff";
-    for (int i = 0; i < q->count; i++)
+    cJSON *data = cJSON_CreateObject(), *families = cJSON_AddArrayToObject(data, "families");
+    for (int i = 0; i < q->count; i++) {
         snprintf(command + strlen(command), sizeof command - strlen(command), " %s",
                  q->families[i].family->name);
-    const ll_tradeoff_page page = {
-        .families = q->families, .count = q->count, .command = command, .address = q->page};
-    if (q->report)
-        LL_TRY(ll_tradeoff_page_write(&page, q->report));
-    return q->svg ? ll_tradeoff_image_write(&q->families[0], q->svg) : ll_ok();
+        cJSON_AddItemToArray(families, ll_tradeoff_json(&q->families[i]));
+    }
+    cJSON_AddStringToObject(data, "kind", "tradeoff");
+    cJSON_AddStringToObject(data, "command", command);
+    cJSON_AddStringToObject(data, "address", q->page);
+    return ll_page_write(q->report, "Speed against error", data);
 }
 
 static ll_status measure(request *q, const ll_tradeoff_request *order)
@@ -315,7 +316,6 @@ int ll_verb_tradeoff(int argc, char **argv)
         {"--format", "NAME", "csv, ndjson, json or sqlite; default: by the ending of FILE.",
          .value = &q.format_name},
         {"--report", "FILE.html", "Writes a page with plots and choices.", .value = &q.report},
-        {"--svg", "FILE", "Writes the image of one FAMILY.", .value = &q.svg},
         {"--page", "URL", "Where the page is, for links to live sessions; default http://127.0.0.1:8080/.",
          .value = &q.page},
         {"--scenarios", "DIR", "Folder of the scenario library; default: next to the program.",
@@ -340,7 +340,7 @@ int ll_verb_tradeoff(int argc, char **argv)
     order.scenarios = ll_scenario_folder(q.scenarios, folder);
     LL_THEN(status, measure(&q, &order));
     LL_THEN(status, write_tables(&q));
-    LL_THEN(status, write_pages(&q));
+    LL_THEN(status, q.report ? write_page(&q) : ll_ok());
     for (int i = 0; i < q.count; i++)
         ll_tradeoff_free(&q.families[i]);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;

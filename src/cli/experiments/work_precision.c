@@ -13,13 +13,14 @@
 #include "cli/verbs.h"
 #include "experiment/advise/refinement_series.h"
 #include "experiment/advise/work_precision_run.h"
-#include "experiment/report/refinement_series_page.h"
+#include "experiment/report/page.h"
+#include "param/param.h"
 
 typedef struct request {
     const char *name; /* name of the problem or scenario; NULL: missing */
     const char *methods, *duration, *seeds, *out, *format_name, *scenarios, *report;
     ll_option_list set;
-    ll_refinement_series_page *page; /* NULL: no report */
+    cJSON *levels; /* of the report; NULL: none */
     const ll_format *format;
 } request;
 
@@ -27,6 +28,36 @@ static ll_status write_rows(const ll_table *table, const request *q)
 {
     setvbuf(stdout, NULL, _IOLBF, 0);
     return ll_argument_write(q->out, q->format, table);
+}
+
+/* ---- the report ---- */
+
+/* A refinement level to be drawn; levels with the same `of` are in one plot. */
+typedef struct drawn_level {
+    int of;
+    const char *series, *title, *setting, *counter, *error; /* names */
+    double value, cpu_s, count;
+    double y, low, high; /* of the error; NaN: none, not drawn */
+} drawn_level;
+
+static void draw(cJSON *levels, const drawn_level *r)
+{
+    if (!levels)
+        return;
+    cJSON *level = cJSON_CreateObject();
+    cJSON_AddNumberToObject(level, "of", r->of);
+    cJSON_AddStringToObject(level, "series", r->series);
+    cJSON_AddStringToObject(level, "title", r->title);
+    cJSON_AddStringToObject(level, "setting", r->setting);
+    cJSON_AddStringToObject(level, "counter", r->counter);
+    cJSON_AddStringToObject(level, "error", r->error);
+    cJSON_AddItemToObject(level, "value", ll_param_number(r->value));
+    cJSON_AddItemToObject(level, "cpu_s", ll_param_number(r->cpu_s));
+    cJSON_AddItemToObject(level, "count", ll_param_number(r->count));
+    cJSON_AddItemToObject(level, "y", ll_param_number(r->y));
+    cJSON_AddItemToObject(level, "low", ll_param_number(r->low));
+    cJSON_AddItemToObject(level, "high", ll_param_number(r->high));
+    cJSON_AddItemToArray(levels, level);
 }
 
 /* ---- of a problem ---- */
@@ -68,7 +99,7 @@ typedef struct problem_rows {
     ll_work_precision
         refinement_levels[LL_WORK_PRECISION_LEVELS_MAX]; /* of the method that was measured last */
     int count, at;
-    ll_refinement_series_page *page;
+    cJSON *levels;
 } problem_rows;
 
 /* Measures until there is a level that was not written yet; only methods that support the problem. */
@@ -88,20 +119,19 @@ static bool measure_methods(problem_rows *p, ll_status *status)
     return p->at < p->count;
 }
 
-static void draw_step(ll_refinement_series_page *page, const problem_rows *p, const ll_work_precision *r)
+static void draw_step(cJSON *levels, const problem_rows *p, const ll_work_precision *r)
 {
-    ll_drawn_level drawn = {.title = "method",
-                            .setting = "step or tolerance",
-                            .value = r->setting,
-                            .counter = "evaluations",
-                            .error = "e_max",
-                            .cpu_s = r->cpu_min_s,
-                            .count = (double)r->counters.evaluations,
-                            .y = r->e_max > 0 ? r->e_max : NAN,
-                            .low = NAN,
-                            .high = NAN};
-    snprintf(drawn.series, sizeof drawn.series, "%s", p->measured->name);
-    ll_refinement_series_page_add(page, &drawn);
+    draw(levels, &(drawn_level){.series = p->measured->name,
+                                .title = "method",
+                                .setting = "step or tolerance",
+                                .value = r->setting,
+                                .counter = "evaluations",
+                                .error = "e_max",
+                                .cpu_s = r->cpu_min_s,
+                                .count = (double)r->counters.evaluations,
+                                .y = r->e_max > 0 ? r->e_max : NAN,
+                                .low = NAN,
+                                .high = NAN});
 }
 
 static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
@@ -128,7 +158,7 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
         ll_put_number(&cell, (double)counts[i]);
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
         ll_put_number(&cell, numbers[i]);
-    draw_step(p->page, p, r);
+    draw_step(p->levels, p, r);
     return true;
 }
 
@@ -167,7 +197,7 @@ static ll_status set_duration(const request *q, ll_work_precision_request *order
 
 static ll_status measure_problem(const request *q)
 {
-    problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .page = q->page};
+    problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .levels = q->levels};
     const ll_table table = {problem_columns, sizeof problem_columns / sizeof problem_columns[0],
                             next_problem_row, &p};
     p.order = (ll_work_precision_request){.problem = q->name ? ll_ode_problem_find(q->name) : NULL,
@@ -205,7 +235,7 @@ typedef struct scenario_rows {
     const ll_refinement_series *refinement_series; /* the next one */
     ll_refinement_run refinement_run;
     bool measured; /* measured, but not written yet */
-    ll_refinement_series_page *page;
+    cJSON *levels;
 } scenario_rows;
 
 /* The next series of the scenario from `l` on, or the final empty row. */
@@ -228,21 +258,21 @@ static bool measure_refinement_level(scenario_rows *s, ll_status *status)
     return s->measured;
 }
 
-static void draw_refinement_level(ll_refinement_series_page *page, const ll_refinement_level *r)
+static void draw_refinement_level(cJSON *levels, const ll_refinement_level *r)
 {
-    ll_drawn_level drawn = {.refinement_series = r->refinement_series,
-                            .title = r->refinement_series->series,
-                            .setting = r->refinement_series->setting,
-                            .value = strtod(r->setting, NULL),
-                            .counter = r->refinement_series->counter,
-                            .error = r->refinement_series->error,
-                            .cpu_s = r->cpu_min_s,
-                            .count = r->counter,
-                            .y = r->error,
-                            .low = r->error_low,
-                            .high = r->error_high};
-    snprintf(drawn.series, sizeof drawn.series, "%s", r->series);
-    ll_refinement_series_page_add(page, &drawn);
+    const ll_refinement_series *of = r->refinement_series;
+    draw(levels, &(drawn_level){.of = (int)(of - ll_refinement_series_table),
+                                .series = r->series,
+                                .title = of->series,
+                                .setting = of->setting,
+                                .value = strtod(r->setting, NULL),
+                                .counter = of->counter,
+                                .error = of->error,
+                                .cpu_s = r->cpu_min_s,
+                                .count = r->counter,
+                                .y = r->error,
+                                .low = r->error_low,
+                                .high = r->error_high});
 }
 
 static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
@@ -268,15 +298,16 @@ static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
     ll_put_number(&cell, r->error_low);
     ll_put_number(&cell, r->error_high);
     ll_put_number(&cell, r->seeds);
-    draw_refinement_level(s->page, r);
+    draw_refinement_level(s->levels, r);
     return true;
 }
 
 static ll_status measure_scenario(const request *q, const ll_refinement_series *first)
 {
     cJSON *json = NULL;
-    scenario_rows s = {
-        .scenario = q->name, .refinement_series = refinement_series_of(q->name, first + 1), .page = q->page};
+    scenario_rows s = {.scenario = q->name,
+                       .refinement_series = refinement_series_of(q->name, first + 1),
+                       .levels = q->levels};
     const ll_table table = {scenario_columns, sizeof scenario_columns / sizeof scenario_columns[0],
                             next_scenario_row, &s};
     int64_t seeds = 0;
@@ -300,12 +331,17 @@ static ll_status measure_scenario(const request *q, const ll_refinement_series *
 
 /* ---- the verb ---- */
 
-static ll_status write_page(const request *q)
+static ll_status write_page(request *q)
 {
     char title[120], command[200];
+    cJSON *data = cJSON_CreateObject();
     snprintf(title, sizeof title, "Speed against error: %.80s", q->name);
     snprintf(command, sizeof command, "laglab work-precision %.80s", q->name);
-    return ll_refinement_series_page_write(q->page, title, command, q->report);
+    cJSON_AddStringToObject(data, "kind", "work-precision");
+    cJSON_AddStringToObject(data, "command", command);
+    cJSON_AddItemToObject(data, "levels", q->levels);
+    q->levels = NULL;
+    return ll_page_write(q->report, title, data);
 }
 
 int ll_verb_work_precision(int argc, char **argv)
@@ -346,12 +382,12 @@ int ll_verb_work_precision(int argc, char **argv)
     q.name = count ? positional[0] : NULL;
     const ll_refinement_series *refinement_series =
         q.name ? refinement_series_of(q.name, ll_refinement_series_table) : NULL;
-    if (q.report && !(q.page = ll_refinement_series_page_make()))
-        return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "out of memory: page"});
+    if (q.report)
+        q.levels = cJSON_CreateArray();
     status = refinement_series && refinement_series->scenario ? measure_scenario(&q, refinement_series)
                                                               : measure_problem(&q);
     if (!ll_failed(&status) && q.report)
         status = write_page(&q);
-    ll_refinement_series_page_free(q.page);
+    cJSON_Delete(q.levels);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

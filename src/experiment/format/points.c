@@ -105,24 +105,6 @@ void ll_points_free(ll_points *points)
     *points = (ll_points){0};
 }
 
-/* ---- choice of shown points ---- */
-
-ll_choice ll_choose_shown(const bool *first, int count, int most, bool *shown)
-{
-    int firsts = 0, seen[2] = {0};
-    for (int i = 0; i < count; i++)
-        firsts += first[i];
-    int others = count - firsts, room = most > firsts ? most - firsts : 0;
-    ll_choice choice = {.every_first = firsts == 0 ? 0 : (firsts + most - 1) / most,
-                        .every_other = others == 0 || room == 0 ? 0 : (others + room - 1) / room};
-    for (int i = 0; i < count; i++) {
-        int every = first[i] ? choice.every_first : choice.every_other;
-        shown[i] = every > 0 && seen[first[i]]++ % every == 0;
-        choice.shown += shown[i];
-    }
-    return choice;
-}
-
 /* ---- the front ---- */
 
 typedef struct ranked {

@@ -30,11 +30,3 @@ void ll_points_free(ll_points *points);
 /* Marks the Pareto front of `count` metrics, by magnitude: of the points whose runs all have them, those for
  * which no other point is as good in all and better in one. */
 void ll_points_mark_front(ll_points *points, const int *metrics, int count);
-
-/* Chooses which of `count` items are shown when there is space for `most`: all; or the items in `first`
- * (every n-th, if too many) and every n-th of the others. Returns both n; 0: no such items. */
-typedef struct ll_choice {
-    int shown, every_first, every_other;
-} ll_choice;
-
-ll_choice ll_choose_shown(const bool *first, int count, int most, bool *shown);

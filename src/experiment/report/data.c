@@ -8,6 +8,7 @@
 
 #include "base/rng.h"
 #include "experiment/report/pack.h"
+#include "experiment/report/page.h"
 #include "experiment/spec/metric_path.h"
 
 enum {
@@ -392,18 +393,6 @@ static void make_head(data *d, const char *version)
     d->covers = cJSON_AddArrayToObject(d->head, "covers");
 }
 
-/* `<` could end the script. */
-static void write_json(const cJSON *json, FILE *file)
-{
-    char *text = cJSON_PrintUnformatted(json);
-    for (const char *c = text ? text : "null"; *c; c++)
-        if (*c == '<')
-            fputs("\\u003c", file);
-        else
-            fputc(*c, file);
-    cJSON_free(text);
-}
-
 static size_t head_size(const data *d)
 {
     char *text = cJSON_PrintUnformatted(d->head);
@@ -439,11 +428,8 @@ ll_status ll_report_data_write(const ll_report_rows *rows, const ll_points *poin
     make_head(&d, version);
     ll_status status =
         d.index ? pack_all(&d, room, packs) : ll_error(LL_NO_MEMORY, "out of memory: data of the report");
-    if (!ll_failed(&status)) {
-        fputs("<script type=\"application/json\" id=\"head\">", file);
-        write_json(d.head, file);
-        fputs("</script>\n", file);
-    }
+    if (!ll_failed(&status))
+        ll_page_json("head", d.head, file);
     for (int i = 0; i < 3; i++) {
         if (!ll_failed(&status))
             write_pack(ids[i], &packs[i], file);

@@ -1,5 +1,5 @@
 /* Columns of numbers as text: doubles rounded to their leading bytes, stored byte plane by byte plane,
- * deflated and written in base64. The reader is page/data.js. */
+ * deflated and written in base64. The reader is www/report/data.js. */
 #pragma once
 
 #include <stdbool.h>

@@ -6,8 +6,7 @@
 #include <string.h>
 
 #include "experiment/report/data.h"
-#include "experiment/report/html.h"
-#include "experiment/report/page_files.h"
+#include "experiment/report/page.h"
 #include "experiment/spec/metric_path.h"
 #include "experiment/spec/until.h"
 
@@ -27,7 +26,7 @@ static void write_specification(const ll_experiment *e, const char *version, FIL
             "this gives the same rows, bit for bit, on any machine%s:</p><pre>laglab sweep experiment.json "
             "--out results.csv --report report.html</pre><h2>Specification</h2><pre>",
             version, has_cost(e) ? ", except <code>cost.ns_per_sim_s</code>, which is measured" : "");
-    ll_html_text(text ? text : "", file);
+    ll_page_text(text ? text : "", file);
     fputs("</pre>\n", file);
     cJSON_free(text);
 }
@@ -38,18 +37,18 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
     const char *title = e->head.title[0]     ? e->head.title
                         : scenario->title[0] ? scenario->title
                                              : "Experiment";
-    ll_html_begin_styled(title, ll_report_style, file);
+    ll_page_begin(title, file);
     if (e->head.text[0]) {
         fputs("<p>", file);
-        ll_html_text(e->head.text, file);
+        ll_page_text(e->head.text, file);
         fputs("</p>\n", file);
     }
     fputs("<p>Scenario <code>", file);
-    ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
+    ll_page_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
     fputs("</code>, ", file);
-    ll_html_count(e->points, file);
+    ll_page_count(e->points, file);
     fprintf(file, " point%s with %s", e->points == 1 ? "" : "s", ll_until_is_set(e) ? "up to " : "");
-    ll_html_count(e->head.repeats, file);
+    ll_page_count(e->head.repeats, file);
     if (e->head.repeats == 1)
         fprintf(file, " run each, seed %" PRId64, scenario->seed);
     else
@@ -68,7 +67,7 @@ static void write_notices(const ll_experiment *e, const ll_points *points, FILE 
         cJSON_ArrayForEach(item, both[k])
         {
             fputs("<p class=\"note\" role=\"note\">", file);
-            ll_html_text(item->valuestring, file);
+            ll_page_text(item->valuestring, file);
             fputs("</p>\n", file);
         }
     cJSON_Delete(before);
@@ -88,7 +87,7 @@ static void write_results(const char *results, FILE *file)
     fputs("<p id=\"where\">All rows are in ", file);
     if (results) {
         fputs("<code>", file);
-        ll_html_text(results, file);
+        ll_page_text(results, file);
         fputs("</code>", file);
     } else {
         fputs("the results: <code>laglab sweep experiment.json --out rows.csv</code>, or with a daemon "
@@ -104,14 +103,12 @@ static void write_text(const ll_experiment *e, const char *version, const char *
     write_title(e, version, file);
     write_notices(e, points, file);
     write_identical(e, points, file);
-    fputs(
-        "<div id=\"views\"><noscript><p class=\"note\" role=\"note\">Scripts are off: plots and tables need "
-        "them. The points as CSV: <code>laglab sweep experiment.json --points --out points.csv</code>, or "
-        "with a daemon <code>results?points=true</code> next to this page.</p></noscript></div>\n",
+    ll_page_views(
+        "The points as CSV: <code>laglab sweep experiment.json --points --out points.csv</code>, or "
+        "with a daemon <code>results?points=true</code> next to this page.",
         file);
     write_results(results, file);
     write_specification(e, version, file);
-    fputs("</main>\n", file);
 }
 
 /* The text first: what it leaves is the room of the data. */
@@ -131,7 +128,7 @@ static ll_status write_page(const ll_report_rows *rows, const char *version, con
         fwrite(text, 1, size, file);
     LL_THEN(status, ll_report_data_write(rows, points, &differences, version,
                                          most > size + script ? most - size - script : 0, file));
-    fprintf(file, "<script>\n(() => {\n%s})();\n</script></body></html>\n", ll_report_script);
+    ll_page_end(file);
     ll_differences_free(&differences);
     free(text);
     return ll_failed(&status)                  ? status

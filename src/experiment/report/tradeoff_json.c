@@ -1,11 +1,59 @@
 #include "experiment/report/tradeoff_json.h"
 
 #include <cjson/cJSON.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/report/tradeoff_page.h"
 #include "param/param.h"
+
+/* ---- addresses ---- */
+
+typedef struct text_end {
+    char *text;
+    int size, used;
+} text_end;
+
+static void add(text_end *t, const char *text)
+{
+    for (; *text && t->used + 1 < t->size; text++)
+        t->text[t->used++] = *text;
+    t->text[t->used] = '\0';
+}
+
+/* As encodeURIComponent, so that the page reads what it writes itself. */
+static void add_encoded(text_end *t, const char *text, int length)
+{
+    static const char hex[] = "0123456789ABCDEF", plain[] = "-_.!~*'()";
+    for (int i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)text[i];
+        bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+        char code[] = {'%', hex[c >> 4], hex[c & 15], '\0'}, one[] = {(char)c, '\0'};
+        add(t, letter || (c && strchr(plain, c)) ? one : code);
+    }
+}
+
+void ll_tradeoff_address(const ll_tradeoff *tradeoff, const ll_tradeoff_row *row, const char *page,
+                         char *text, int size)
+{
+    text_end t = {text, size, 0};
+    add(&t, page);
+    add(&t, "?scenario=");
+    add(&t, tradeoff->family->problems[row->problem].scenario);
+    for (const char *pair = row->sets; *pair;) {
+        int length = (int)strcspn(pair, " "), name = (int)strcspn(pair, "=");
+        add(&t, "&set=");
+        add_encoded(&t, pair, name);
+        add(&t, ":");
+        add_encoded(&t, pair + name + 1, length - name - 1);
+        pair += length + (pair[length] == ' ');
+    }
+    if (row->random) {
+        char seed[32];
+        snprintf(seed, sizeof seed, "&seed=%lld", (long long)row->values.seed);
+        add(&t, seed);
+    }
+}
 
 /* ---- families ---- */
 

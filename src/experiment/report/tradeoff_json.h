@@ -5,6 +5,11 @@
 
 struct cJSON;
 
+/* The address at which the page opens a setting as a live session: `page` with scenario, parameters and seed.
+ */
+void ll_tradeoff_address(const ll_tradeoff *tradeoff, const ll_tradeoff_row *row, const char *page,
+                         char *text, int size);
+
 /* [{"name","title","text","problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}]; NULL
  * without memory. The caller deletes it. */
 struct cJSON *ll_tradeoff_families_json(void);

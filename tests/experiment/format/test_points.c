@@ -90,31 +90,6 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
     free(sizes);
 }
 
-/* Of any number at most the maximum is shown: those in `first` before the others, evenly spaced. */
-static void shown_points_are_evenly_spaced(void **state)
-{
-    (void)state;
-    enum { MOST = 700 };
-    bool first[MOST], shown[MOST];
-    for (uint64_t seed = 0; seed < 400; seed++) {
-        int count = (int)(ll_rng_u64(seed, 0, 0) % MOST), most = 1 + (int)(ll_rng_u64(seed, 1, 0) % 150);
-        double share = ll_rng_unit(seed, 2, 0);
-        int firsts = 0, seen[2] = {0}, last[2] = {-1, -1}, all = 0;
-        for (int i = 0; i < count; i++)
-            firsts += first[i] = ll_rng_unit(seed, 3, (uint64_t)i) < share * share;
-        ll_choice c = ll_choose_shown(first, count, most, shown);
-        for (int i = 0; i < count; i++) {
-            int kind = first[i], every = kind ? c.every_first : c.every_other, place = seen[kind]++;
-            assert_int_equal(shown[i], every > 0 && (last[kind] < 0 || place == last[kind] + every));
-            last[kind] = shown[i] ? place : last[kind];
-            all += shown[i];
-        }
-        assert_int_equal(all, c.shown);
-        assert_true(all <= most && (all == count || count > most));
-        assert_true(firsts <= most ? c.every_first == (firsts > 0) : c.every_first > 1);
-    }
-}
-
 typedef struct spread {
     ll_row rows[24];
 } spread;
@@ -289,7 +264,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
-        cmocka_unit_test(shown_points_are_evenly_spaced),
         cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
         cmocka_unit_test(points_are_compared_by_seed),
         cmocka_unit_test(baselines_are_found),

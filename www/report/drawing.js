@@ -65,7 +65,7 @@ function niceStep(span, wanted) {
 /** @returns {[number, string][]} */
 function even(low, high, wanted, span = high - low) {
   const step = niceStep(span, wanted),
-    ticks = [];
+    /** @type {[number, string][]} */ ticks = [];
   for (let k = Math.ceil(low / step); k * step <= high; k++) ticks.push([k * step, figure(Number((k * step).toPrecision(12)))]);
   return ticks;
 }
@@ -80,7 +80,7 @@ function scale(low, high, log, from, to, wanted) {
       rest = (b - a) * 0.04,
       at = (v) => from + ((Math.log10(v) - a + rest) / (b - a + 2 * rest)) * (to - from),
       every = Math.max(1, Math.ceil((b - a) / wanted)),
-      ticks = [];
+      /** @type {[number, string][]} */ ticks = [];
     for (let p = Math.floor(a - rest); p <= b + rest; p++)
       for (const m of b - a < 3 && every === 1 ? [1, 2, 5] : [1]) {
         const v = m * 10 ** p;
@@ -106,7 +106,7 @@ function chart(id, height, words) {
     tip = make('p', { class: 'tip', 'aria-live': 'polite' }),
     box = make('div', { class: 'chart' }, canvas, over);
   canvas.style.height = over.style.height = `${height}px`;
-  /** @type {{x: number, y: number, row: number, text: () => string, box?: number[]}[] | null} */
+  /** @type {any} marks: {x, y, text, row?, box?}[] */
   const c = { canvas, over, tip, box, height, marks: [], at: -1, take: null, draw: null };
   canvas.addEventListener('pointermove', (event) => point(c, nearest(c, event)));
   canvas.addEventListener('pointerleave', () => point(c, -1));
@@ -270,17 +270,24 @@ function mark(g, shape, x, y, r) {
   }
 }
 
+function ring(g, x, y, r, colour) {
+  g.strokeStyle = colour;
+  g.lineWidth = 1.5;
+  mark(g, 0, x, y, r);
+  g.stroke();
+}
+
 const shapeOf = (colouring, k) => (colouring.scale ? 0 : k % 4);
 
-function legend(colouring, d) {
+/** @param {any} colouring @param {any} dimension what has the colours */
+function legend(colouring, dimension) {
   const box = make('div', { class: 'legend' });
-  if (d < 0) return box;
-  box.append(make('span', { class: 'said' }, `${dimensions[d].title}:`));
+  if (!dimension) return box;
+  box.append(make('span', { class: 'said' }, `${dimension.title}:`));
   if (colouring.scale) {
     const bar = make('span', { class: 'bar' });
     bar.style.background = `linear-gradient(90deg,${[0, 0.25, 0.5, 0.75, 1].map(heatText).join(',')})`;
-    const named = dimensions[d].names;
-    const numeric = dimensions[d].numeric;
+    const { names: named, numeric } = dimension;
     box.append(
       make('span', {}, numeric ? figure(colouring.low) : named[0], bar, numeric ? figure(colouring.high) : named[named.length - 1]),
     );

@@ -122,6 +122,7 @@ function makeDimensions() {
   const made = [];
   for (let d = head.dimensions.length - 1; d >= 0; d--) {
     const axes = head.dimensions[d];
+    /** @type {any} */
     const one = head.grid ? gridDimension(axes, stride) : sampledDimension(axes, firsts[d]);
     one.title = axes.map((axis) => axis.name).join(', ');
     one.names = one.size ? one.values.map((list) => nameOf(axes, list)) : [];

@@ -1,5 +1,5 @@
 // Elements of the page, and what controls share.
-/** @param {string} tag @param {Record<string, any>} [wish] @param {...any} inside */
+/** @param {string} tag @param {Record<string, any>} [wish] @param {...any} inside @returns {any} */
 function make(tag, wish = {}, ...inside) {
   const element = document.createElement(tag);
   for (const [key, value] of Object.entries(wish))

@@ -53,19 +53,14 @@ function scatterView(body, controls) {
       if (whole && front[i]) kept.push([px, py]);
     }
     g.globalAlpha = 1;
-    g.strokeStyle = palette.front;
-    g.lineWidth = 1.5;
     kept.sort((a, b) => a[0] - b[0] || b[1] - a[1]);
-    for (const [px, py] of kept) {
-      mark(g, 0, px, py, 5.5);
-      g.stroke();
-    }
+    for (const [px, py] of kept) ring(g, px, py, 5.5, palette.front);
     g.beginPath();
     kept.forEach(([px, py], n) => (n ? g.lineTo(px, py) : g.moveTo(px, py)));
     g.stroke();
     c.marks.sort((a, b) => a.x - b.x || a.y - b.y);
   });
-  body.append(legend(colouring, state.colour));
+  body.append(legend(colouring, dimensions[state.colour]));
   said(
     body,
     'Each mark is a point, by the means of its runs. ' +

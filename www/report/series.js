@@ -84,9 +84,13 @@ function seriesView(body, controls) {
         ? f.X.at(along.value(p.x))
         : f.X.at(p.index) +
           (colouring.size > 1 && colouring.size <= 16 ? ((p.k + 0.5) / colouring.size - 0.5) * Math.min(f.X.wide * 0.7, 90) : 0);
-    drawSeries(f, c, list, colouring, across, (v) => f.Y.at(axis.value(v)), x, axis);
+    drawSeries(f, c, list, colouring, across, (v) => f.Y.at(axis.value(v)), {
+      joined: x.numeric && x.size > 0,
+      log: axis.log,
+      text: (p) => seriesText(p, x, colouring),
+    });
   });
-  body.append(legend(colouring, state.colour));
+  body.append(legend(colouring, dimensions[state.colour]));
   said(
     body,
     (pooled ? `Marks are means over up to ${counted(most)} settings each; choose single settings below to see intervals. ` : '') +
@@ -95,9 +99,9 @@ function seriesView(body, controls) {
   );
 }
 
-function drawSeries(f, c, list, colouring, across, up, x, axis) {
+/** Marks with intervals, those of a line joined. */
+function drawSeries(f, c, list, colouring, across, up, { joined, log, text }) {
   const { g } = f,
-    joined = x.numeric && x.size > 0,
     small = list.length > 3000;
   c.marks = [];
   g.save();
@@ -110,7 +114,7 @@ function drawSeries(f, c, list, colouring, across, up, x, axis) {
       py = up(p.y);
     if (!Number.isFinite(px) || !Number.isFinite(py)) continue;
     g.strokeStyle = g.fillStyle = colouring.of(p.k);
-    if (joined && before && before.k === p.k) {
+    if (joined && before && before.k === p.k && before.line === p.line) {
       g.globalAlpha = small ? 0.3 : 0.75;
       g.lineWidth = 1.5;
       g.beginPath();
@@ -118,11 +122,11 @@ function drawSeries(f, c, list, colouring, across, up, x, axis) {
       g.lineTo(px, py);
       g.stroke();
     }
-    before = { k: p.k, px, py };
+    before = { k: p.k, line: p.line, px, py };
     if (!small && p.low <= p.high) {
       g.globalAlpha = 0.6;
       g.lineWidth = 1.5;
-      const to = axis.log && !(p.low > 0) ? f.bottom : up(p.low);
+      const to = log && !(p.low > 0) ? f.bottom : up(p.low);
       g.beginPath();
       g.moveTo(px, Math.min(to, f.bottom));
       g.lineTo(px, Math.max(up(p.high), f.top) || f.top);
@@ -134,7 +138,7 @@ function drawSeries(f, c, list, colouring, across, up, x, axis) {
       mark(g, shapeOf(colouring, p.k), px, py, list.length > 600 ? 1.8 : list.length > 150 ? 2.6 : 4);
       g.fill();
     }
-    c.marks.push({ x: px, y: py, row: p.row, text: () => seriesText(p, x, colouring) });
+    c.marks.push({ x: px, y: py, row: p.row, of: p, text: () => text(p) });
   }
   g.restore();
 }

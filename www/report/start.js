@@ -155,6 +155,31 @@ function render() {
   remember();
 }
 
+/** Draws again for another size or other colours, and for paper. */
+function watch(again) {
+  addEventListener('resize', drawAll);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', again);
+  const print = (on) => {
+    document.documentElement.toggleAttribute('data-print', on);
+    again();
+  };
+  addEventListener('beforeprint', () => print(true));
+  addEventListener('afterprint', () => print(false));
+}
+
+/** A page that has only plots. */
+async function startPlots(build) {
+  const all = () => {
+    readPalette();
+    drawings.length = 0;
+    views.replaceChildren();
+    build();
+    drawAll();
+  };
+  all();
+  watch(all);
+}
+
 async function start() {
   const [points, differences, run] = await Promise.all(['point-data', 'difference-data', 'run-data'].map(inflate));
   columns = unpackAll(points, head.point_columns);
@@ -170,14 +195,7 @@ async function start() {
   begin();
   recall();
   render();
-  addEventListener('resize', drawAll);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', render);
-  const print = (on) => {
-    document.documentElement.toggleAttribute('data-print', on);
-    render();
-  };
-  addEventListener('beforeprint', () => print(true));
-  addEventListener('afterprint', () => print(false));
+  watch(render);
 }
 
 /** What is shown first: the error, along the first range, one colour per technique. */
@@ -194,11 +212,13 @@ function begin() {
   state.dimension = compared().find((d) => !dimensions[d].numeric) ?? compared()[0] ?? 0;
 }
 
-start().catch((error) => views.append(make('p', { role: 'alert' }, `The data of this page cannot be read: ${error.message}`)));
+const begun = head.kind === 'tradeoff' ? startPlots(drawTradeoff) : head.kind === 'work-precision' ? startPlots(drawRefinement) : start();
+begun.catch((error) => views.append(make('p', { role: 'alert' }, `The data of this page cannot be read: ${error.message}`)));
 // For the console and for tests: the data of the page.
 Object.assign(window, {
   report: {
     head,
+    drawings,
     column: (metric, name) => column(metric, name),
     run: (metric) => runs[metric],
     settings: (i) => settings(i),

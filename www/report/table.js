@@ -1,5 +1,5 @@
 // The points, a page at a time.
-function table(heads, rows) {
+function table(heads, rows, name = 'table') {
   const left = (k) => (heads[k] instanceof Element ? heads[k].className || null : heads[k].startsWith('l ') ? 'l' : null),
     line = make('tr');
   heads.forEach((text, k) =>
@@ -13,7 +13,7 @@ function table(heads, rows) {
   }
   return make(
     'div',
-    { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'table' },
+    { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': name },
     make('table', {}, make('thead', {}, line), body),
   );
 }
