@@ -5,8 +5,7 @@ import { workPrecision } from './integrators/plot.mjs';
 import { build, digits, laglab, median, printTable, results, run, say, writeCsv } from './lib.mjs';
 
 const quick = process.argv.includes('--quick');
-const program = join(build, 'bench', 'integrators'),
-  ensemble = join(build, 'bench', 'ensemble');
+const program = join(build, 'bench', 'integrators');
 if (!existsSync(program))
   throw new Error('GSL or SUNDIALS is missing: apt-get install libgsl-dev libsundials-dev libboost-dev, or ./dev bench');
 
@@ -134,7 +133,6 @@ for (const thing of cases) {
   rungs.push(...own);
   rows.push(...compared);
 }
-const many = (await table(ensemble, [rounds])).map((row) => ({ ...row, steps_per_s: Math.round((row.members * row.steps) / row.cpu_s) }));
 
 // ---- output ----
 
@@ -224,17 +222,4 @@ writeCsv(
     jacobians: 'calls of the Jacobian',
   },
   rungs,
-);
-writeCsv(
-  'ensemble',
-  command,
-  {
-    method: 'ode/core/ensemble.h',
-    round: 'rounds are interleaved over the methods',
-    members: 'oscillators, each with its own start and stiffness',
-    steps: 'of each',
-    cpu_s: 'CPU seconds',
-    steps_per_s: 'members x steps / cpu_s',
-  },
-  many,
 );

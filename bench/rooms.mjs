@@ -26,7 +26,6 @@ export const ROOMS = {
   classroom: DAEMON,
   page: [...DAEMON, 'www'],
   integrators: ['base', 'ode'],
-  ensemble: ['base', 'ode'],
   rigid: ['base', 'rigid'],
   threads: ['base', 'threads', 'rigid'],
   fluid: ['base', 'fluid'],

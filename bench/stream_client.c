@@ -145,6 +145,11 @@ static uint64_t varint(const unsigned char **at, const unsigned char *end)
     return value;
 }
 
+static int64_t unzigzag(uint64_t value)
+{
+    return (int64_t)(value >> 1) ^ -(int64_t)(value & 1);
+}
+
 /* The daemon's clock, the one row and field of its record: whole, or what it has gone on since. */
 static void take_clock(viewer *v, const unsigned char *at, const unsigned char *end, bool whole)
 {
@@ -153,7 +158,7 @@ static void take_clock(viewer *v, const unsigned char *at, const unsigned char *
         return;
     varint(&at, end); /* skipped */
     varint(&at, end); /* mask */
-    v->wall_us = (whole ? 0 : v->wall_us) + ll_unzigzag(varint(&at, end));
+    v->wall_us = (whole ? 0 : v->wall_us) + unzigzag(varint(&at, end));
 }
 
 static void count_frame(viewer *v, const unsigned char *frame, size_t size)
@@ -166,7 +171,8 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
     if (clock_id == 0) {
         const ll_record *all[LL_ALL_RECORDS_MAX + 1];
         ll_all_records(all);
-        clock_id = (uint64_t)ll_record_named(all, "clock")->id;
+        for (int i = 0; clock_id == 0; i++)
+            clock_id = strcmp(all[i]->name, "clock") == 0 ? (uint64_t)all[i]->id : 0;
     }
     while (at < end) {
         uint64_t id = varint(&at, end), head = varint(&at, end);

@@ -534,12 +534,6 @@ const RESULTS = [
       ['Over the fastest, worst', 'of_best', worst],
     ],
   },
-  {
-    name: 'ensemble',
-    title: 'Ensembles of 1,024 oscillators',
-    by: ['method'],
-    columns: [['Steps/s, median (range)', 'steps_per_s', spread]],
-  },
   { name: 'rigid', title: 'Rigid bodies and other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
   {
     name: 'rigid/peer',

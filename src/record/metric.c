@@ -1,7 +1,6 @@
 #include "record/metric.h"
 
 #include <cjson/cJSON.h>
-#include <ctype.h>
 #include <math.h>
 #include <string.h>
 
@@ -126,67 +125,6 @@ const ll_metric_field *ll_metric_find(const ll_metric_table *const *tables, cons
             return field;
     }
     return NULL;
-}
-
-/* ---- soundness ---- */
-
-static bool is_name(const char *name, const char *others)
-{
-    if (name == NULL)
-        return false;
-    for (const char *c = name; *c; c++)
-        if (!islower((unsigned char)*c) && !isdigit((unsigned char)*c) && !strchr(others, *c))
-            return false;
-    return true;
-}
-
-static bool is_told(const char *text)
-{
-    return text != NULL && text[0] != '\0';
-}
-
-static ll_status field_valid(const ll_metric_table *t, const ll_metric_field *f)
-{
-    if (!is_name(f->name, "_") || !islower((unsigned char)f->name[0]) || !is_told(f->help))
-        return ll_field_error(LL_BAD_INPUT, t->path, "a metric needs a name of a-z, 0-9 and _, and help");
-    if (f->type >= LL_METRIC_TYPES || ((f->is_signed || f->rare) && f->type > LL_METRIC_COUNT))
-        return ll_field_error(LL_BAD_INPUT, f->name, "only a number or a count is signed or rare");
-    if ((f->unit != NULL && f->unit[0] == '\0') || (f->null != NULL && f->null[0] == '\0'))
-        return ll_field_error(LL_BAD_INPUT, f->name, "no unit and never null are NULL, not empty");
-    return ll_ok();
-}
-
-/* Whether a table before `last` has the field under the same path. Several may have one only where they
- * are of different scenarios: then they say when. */
-static bool stands_twice(const ll_metric_table *const *tables, const ll_metric_table *const *last,
-                         const ll_metric_field *field)
-{
-    const ll_metric_table *own = *last;
-    for (; tables != last; tables++)
-        for (int i = 0; i < (*tables)->count; i++)
-            if (strcmp((*tables)->path, own->path) == 0 &&
-                strcmp((*tables)->fields[i].name, field->name) == 0 &&
-                ((*tables)->when == NULL || own->when == NULL))
-                return true;
-    for (const ll_metric_field *f = own->fields; f < field; f++)
-        if (strcmp(f->name, field->name) == 0)
-            return true;
-    return false;
-}
-
-ll_status ll_metrics_valid(const ll_metric_table *const *tables)
-{
-    for (const ll_metric_table *const *t = tables; t != NULL && *t != NULL; t++) {
-        if (!is_name((*t)->path, "_.*") || !is_told((*t)->help) || (*t)->count < 1)
-            return ll_error(LL_BAD_INPUT, "a table of metrics needs a path, help and rows");
-        for (int i = 0; i < (*t)->count; i++) {
-            LL_TRY(field_valid(*t, &(*t)->fields[i]));
-            if (stands_twice(tables, t, &(*t)->fields[i]))
-                return ll_field_error(LL_BAD_INPUT, (*t)->fields[i].name, "two metrics of %s have this name",
-                                      (*t)->path);
-        }
-    }
-    return ll_ok();
 }
 
 /* ---- as JSON ---- */

@@ -160,9 +160,6 @@ void ll_metrics_put(struct cJSON *object, const ll_metric_table *table, const ll
 
 /* ---- tables of a kind, NULL-terminated ---- */
 
-/* Whether names, helps and paths are sound and none stands twice. For tests. */
-ll_status ll_metrics_valid(const ll_metric_table *const *tables);
-
 /* The field that a path such as `players.0.remote_error_m.mean` is or leads into; NULL: none has it. */
 const ll_metric_field *ll_metric_find(const ll_metric_table *const *tables, const char *path);
 

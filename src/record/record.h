@@ -134,12 +134,6 @@ enum {
     LL_BITS_RATIO = 10 /* 0.1 % */
 };
 
-/* Whether names, codings, keys and the form's own fields are valid. For tests. */
-ll_status ll_record_valid(const ll_record *record);
-
 /* The integer of a field of `row`, a struct; and the value of an integer (NaN: unknown). */
 int64_t ll_field_integer(const ll_record_field *field, const void *row);
 double ll_field_value(const ll_record_field *field, int64_t integer);
-
-/* NULL: not found */
-const ll_record *ll_record_named(const ll_record *const *records, const char *name);

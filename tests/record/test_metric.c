@@ -11,6 +11,7 @@
 
 #include "record/metric.h"
 #include "session/kinds.h"
+#include "support/table_valid.h"
 
 #define BOX(X)                                                                                               \
     X(text, name, NULL, label, "of the box", "It has none: left out.")                                       \
@@ -118,18 +119,18 @@ static void paths_find_their_field(void **state)
 static void refused(const ll_metric_table *table)
 {
     const ll_metric_table *const some[] = {table, NULL};
-    assert_int_equal(ll_metrics_valid(some).code, LL_BAD_INPUT);
+    assert_int_equal(metrics_valid(some).code, LL_BAD_INPUT);
 }
 
 static void bad_tables_are_refused(void **state)
 {
     (void)state;
-    assert_int_equal(ll_metrics_valid(tables).code, LL_OK);
+    assert_int_equal(metrics_valid(tables).code, LL_OK);
     const ll_metric_field good = box_table.fields[1];
     ll_metric_field fields[] = {good, good};
     ll_metric_table t = {.path = "x", .help = "x", .fields = fields, .count = 1};
     const ll_metric_table *const twice[] = {&t, &t, NULL};
-    assert_int_equal(ll_metrics_valid(twice).code, LL_BAD_INPUT);
+    assert_int_equal(metrics_valid(twice).code, LL_BAD_INPUT);
     t.count = 2;
     refused(&t);
     t.count = 1;
@@ -153,7 +154,7 @@ static void tables_of_the_kinds_are_sound(void **state)
 {
     (void)state;
     for (int k = 0; ll_sim_kinds[k]; k++) {
-        ll_status status = ll_metrics_valid(ll_sim_kinds[k]->metric_tables);
+        ll_status status = metrics_valid(ll_sim_kinds[k]->metric_tables);
         if (ll_failed(&status))
             fail_msg("%s: %s", ll_sim_kinds[k]->name, status.text);
     }

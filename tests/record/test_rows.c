@@ -9,6 +9,7 @@
 
 #include "record/sample.h"
 #include "support/decode.h"
+#include "support/table_valid.h"
 
 enum { CHAIN = 400 };
 
@@ -22,10 +23,10 @@ static void tables_are_sound(void **state)
 {
     (void)state;
     for (int i = 0; i < SAMPLES; i++)
-        must(ll_record_valid(&samples[i]));
+        must(record_valid(&samples[i]));
     ll_record bad = samples[1];
     bad.keys = 2;
-    assert_int_equal(ll_record_valid(&bad).code, LL_BAD_INPUT);
+    assert_int_equal(record_valid(&bad).code, LL_BAD_INPUT);
     ll_record_field fields[] = {sample_fields[0], sample_fields[0]};
     bad = (ll_record){.name = "twice",
                       .channel = LL_CHANNEL_SCENE,
@@ -33,7 +34,7 @@ static void tables_are_sound(void **state)
                       .form = LL_FORM_ONE,
                       .fields = fields,
                       .count = 2};
-    assert_int_equal(ll_record_valid(&bad).code, LL_BAD_INPUT);
+    assert_int_equal(record_valid(&bad).code, LL_BAD_INPUT);
 }
 
 /* The nearest value that a field can have, computed with long doubles. */

@@ -8,6 +8,7 @@
 
 #include "record/trace.h"
 #include "session/kinds.h"
+#include "support/table_valid.h"
 
 static const char *const sides[] = {"left", "right"};
 
@@ -55,7 +56,7 @@ static void tables_of_all_kinds_are_sound(void **state)
 {
     (void)state;
     for (int i = 0; ll_sim_kinds[i]; i++) {
-        ll_status status = ll_metrics_valid(ll_sim_kinds[i]->trace_tables);
+        ll_status status = metrics_valid(ll_sim_kinds[i]->trace_tables);
         assert_string_equal(status.text, "");
         assert_non_null(ll_sim_kinds[i]->trace_tables[0]);
     }

@@ -9,6 +9,7 @@
 #include "library/library.h"
 #include "session/frame.h"
 #include "support/decode.h"
+#include "support/table_valid.h"
 
 /* ---- a viewer: the sender's state of it, and the rows that it decodes ---- */
 
@@ -92,7 +93,7 @@ static void watch(watcher *w, const ll_frame *frame, uint16_t channels, bool jum
     assert_int_equal(*b.at, 1);
     b.at += 2;
     assert_int_equal(varint(&b), frame->seq);
-    assert_int_equal(ll_unzigzag(varint(&b)), frame->tick);
+    assert_int_equal(unzigzag(varint(&b)), frame->tick);
     while (b.at < b.end)
         read_section(w, &b);
     for (int i = 0; i < frame->count; i++) {
@@ -257,7 +258,7 @@ static void records_are_sound(void **state)
     const ll_record *all[LL_ALL_RECORDS_MAX + 1];
     ll_all_records(all);
     for (int i = 0; all[i]; i++) {
-        must(ll_record_valid(all[i]));
+        must(record_valid(all[i]));
         for (int k = 0; k < i; k++) {
             assert_int_not_equal(all[i]->id, all[k]->id);
             assert_string_not_equal(all[i]->name, all[k]->name);

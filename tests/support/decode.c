@@ -81,7 +81,7 @@ static void apply(reader *r, const ll_record *record, int64_t *row)
     for (int k = 0; mask != 0; k++, mask >>= 1) {
         if (!(mask & 1))
             continue;
-        int64_t change = ll_unzigzag(varint(r));
+        int64_t change = unzigzag(varint(r));
         if (k >= record->count) /* a field that this table does not have yet */
             continue;
         row[k] += change;

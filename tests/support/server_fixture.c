@@ -17,6 +17,7 @@
 #include "base/rng.h"
 #include "daemon/http/http_problem.h"
 #include "session/section.h"
+#include "support/decode.h"
 
 int64_t test_now(void)
 {
@@ -579,7 +580,7 @@ double viewer_age(const viewer_frame *frame)
     for (int i = 0; i < 8; i++) { /* seq, tick, id, size, lost, first, rows, mask */
         varint(&at);
     }
-    return (double)(test_now() - ll_unzigzag(varint(&at))) * 1e-9;
+    return (double)(test_now() - unzigzag(varint(&at))) * 1e-9;
 }
 
 int viewer_close_code(int fd, double seconds)

@@ -378,13 +378,6 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
     return size;
 }
 
-void ll_link_clear(ll_link *l)
-{
-    drop_all(l);
-    l->latest = l->memory.entrance = l->memory.exit = LL_LONG_AGO;
-    l->memory.queue_count = 0;
-}
-
 int ll_link_in_flight(const ll_link *l)
 {
     return l->end - l->first - l->held;

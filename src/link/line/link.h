@@ -89,7 +89,6 @@ void ll_link_hold(ll_link *link, uint32_t id, const void *bytes, int size);
 /* Removes the first message held as `id` and copies it out; returns its size. It must exist. */
 int ll_link_take_held(ll_link *link, uint32_t id, void *bytes, int capacity);
 
-void ll_link_clear(ll_link *link); /* drops all messages; resets fifo order and the queue */
 int ll_link_in_flight(const ll_link *link);
 void ll_link_restart_stats(ll_link *link); /* counts from now on; messages in flight are still delivered */
 const ll_link_stats *ll_link_get_stats(const ll_link *link);

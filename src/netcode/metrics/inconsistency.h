@@ -59,10 +59,3 @@ static inline void ll_inconsistency_in(ll_inconsistency *total, ll_divergence_ep
         total->episodes++;
     }
 }
-
-/* For `elapsed` the distance was `distance`. */
-static inline void ll_inconsistency_add(ll_inconsistency *total, ll_divergence_episode *open, double distance,
-                                        ll_time elapsed)
-{
-    ll_inconsistency_in(total, open, distance, ll_frame_length_of(elapsed));
-}

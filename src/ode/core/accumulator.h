@@ -25,9 +25,3 @@ static inline int64_t ll_accumulator_add(ll_accumulator *a, ll_time frame)
     }
     return steps;
 }
-
-/* Interpolation weight between the last two states, in [0, 1). */
-static inline double ll_accumulator_blend(const ll_accumulator *a)
-{
-    return (double)a->rest / (double)a->step;
-}

@@ -29,13 +29,6 @@ ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot)
     return ll_ok();
 }
 
-bool ll_rigid_has_body(const ll_rigid *w, ll_body_id id)
-{
-    int32_t slot;
-    ll_status status = ll_body_slot(w, id, &slot);
-    return !ll_failed(&status);
-}
-
 ll_body_id ll_rigid_body_at(const ll_rigid *w, int32_t index)
 {
     const ll_body *b = &ll_bodies(w)[index];

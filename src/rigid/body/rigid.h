@@ -140,7 +140,6 @@ typedef struct ll_body_state {
     int32_t awake;
 } ll_body_state;
 
-bool ll_rigid_has_body(const ll_rigid *world, ll_body_id body);
 ll_status ll_rigid_get_body(const ll_rigid *world, ll_body_id body, ll_body_state *out);
 ll_body_id ll_rigid_body_at(const ll_rigid *world,
                             int32_t index); /* false if free; index from 0 to body_end - 1 */
@@ -189,7 +188,6 @@ ll_joint_def ll_joint_defaults(const ll_rigid *world, ll_joint_type type, ll_bod
 ll_status ll_rigid_add_joint(ll_rigid *world, const ll_joint_def *def, ll_joint_id *out);
 ll_status ll_rigid_remove_joint(ll_rigid *world, ll_joint_id joint);
 ll_status ll_rigid_set_target(ll_rigid *world, ll_joint_id joint, ll_vec2 target); /* of a mouse joint */
-ll_status ll_rigid_set_motor(ll_rigid *world, ll_joint_id joint, double speed);
 
 /* ---- stepping ---- */
 

@@ -133,16 +133,3 @@ ll_status ll_rigid_set_target(ll_rigid *w, ll_joint_id id, ll_vec2 target)
     ll_wake(w, ll_joints(w)[slot].body[1]);
     return ll_ok();
 }
-
-ll_status ll_rigid_set_motor(ll_rigid *w, ll_joint_id id, double speed)
-{
-    int32_t slot;
-    LL_TRY(joint_slot(w, id, &slot));
-    if (!(fabs(speed) <= 1e6))
-        return ll_field_error(LL_BAD_INPUT, "motor_speed",
-                              "motor_speed: must be at most 1e6 in size; got %g.", speed);
-    ll_joints(w)[slot].def.motor_speed = speed;
-    ll_wake(w, ll_joints(w)[slot].body[0]);
-    ll_wake(w, ll_joints(w)[slot].body[1]);
-    return ll_ok();
-}

@@ -427,7 +427,3 @@ void ll_netgame_fill_projectiles(const ll_netgame *game, ll_row_set *rows);
 /* frame.c: streamed rows of a block */
 extern const ll_record *const ll_netgame_records[];
 void ll_netgame_fill(const void *block, ll_row_set *rows);
-
-/* Whether a block is sound: its server, its clients, and what one may know of another. The first invariant
- * that does not hold, as a sentence; NULL: all do. Nothing changes. For tests, after any step. */
-const char *ll_netgame_broken(const ll_netgame *game);

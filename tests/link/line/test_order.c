@@ -158,27 +158,6 @@ static void fifo_holds_behind_packets_of_free_order(void **state)
     free(link);
 }
 
-static void clearing_forgets_what_is_in_flight(void **state)
-{
-    (void)state;
-    ll_link *link = link_open(16, 5000, 1, 1);
-    ll_link_params params = {.order = LL_ORDER_FIFO};
-    ll_time sent, due;
-    for (int64_t i = 0; i < 10; i++)
-        packet_send(link, &params, 900, 0, i);
-    ll_link_clear(link);
-    assert_true(ll_link_valid(link));
-    assert_int_equal(ll_link_in_flight(link), 0);
-    assert_int_equal(ll_link_next_due(link), LL_NEVER);
-    assert_int_equal(packet_receive(link, LL_SECOND, &sent, &due), -1);
-    ll_sending s = packet_send(link, &params, 10, 0, 10);
-    assert_int_equal(s.due, 10 * LL_MS); /* not held by dropped packets */
-    assert_int_equal(packet_receive(link, LL_SECOND, &sent, &due), 10);
-    assert_int_equal(ll_link_get_stats(link)->sent, 11);
-    assert_int_equal(ll_link_get_stats(link)->delivered, 1);
-    free(link);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -188,7 +167,6 @@ int main(void)
         cmocka_unit_test(deliveries_agree_with_a_model),
         cmocka_unit_test(fifo_never_reorders),
         cmocka_unit_test(fifo_holds_behind_packets_of_free_order),
-        cmocka_unit_test(clearing_forgets_what_is_in_flight),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -246,18 +246,6 @@ static void the_longest_delay_holds(void **state)
     free(link);
 }
 
-static void clearing_empties_the_queue(void **state)
-{
-    (void)state;
-    ll_link_params params = rated(80);
-    ll_link *link = link_open(200, 40000, 1, 1);
-    for (int i = 0; i < 20; i++)
-        send(link, &params, 0);
-    ll_link_clear(link);
-    assert_int_equal(send(link, &params, LL_MS).queued, 10 * LL_MS);
-    free(link);
-}
-
 /* Departures of all packets, kept without limit: W = max(0, W - gap) + service; packets still in the queue
  * count. */
 typedef struct model {
@@ -332,7 +320,6 @@ int main(void)
         cmocka_unit_test(under_a_rate_jitter_never_reorders),
         cmocka_unit_test(jitter_fills_no_queue),
         cmocka_unit_test(the_longest_delay_holds),
-        cmocka_unit_test(clearing_empties_the_queue),
         cmocka_unit_test(queues_agree_with_a_model),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

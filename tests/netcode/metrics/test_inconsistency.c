@@ -15,7 +15,7 @@ static ll_inconsistency of(const double *distances, int count)
     ll_inconsistency total = {0};
     ll_divergence_episode open = {0};
     for (int i = 0; i < count; i++)
-        ll_inconsistency_add(&total, &open, distances[i], STEP);
+        ll_inconsistency_in(&total, &open, distances[i], ll_frame_length_of(STEP));
     return total;
 }
 

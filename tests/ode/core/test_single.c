@@ -7,6 +7,14 @@
 #include "ode/core/single.h"
 #include "ode/harness.h"
 
+static double clock_after(int64_t ticks, float *lost)
+{
+    float t = 0;
+    for (int64_t i = 0; i < ticks; i++)
+        ll_single_clock_add(&t, lost, 1.f / 60);
+    return (double)t;
+}
+
 static void float_clocks_drift_and_stop(void **state)
 {
     (void)state;
@@ -14,15 +22,13 @@ static void float_clocks_drift_and_stop(void **state)
         double hours, off;
     } known[] = {{1. / 60, -0.0007}, {1, -2.79}, {6, 229}, {24, -2605}, {96, 45846}};
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        double s = known[i].hours * 3600, off = (double)ll_single_clock(1.f / 60, llround(s * 60)) - s;
+        double s = known[i].hours * 3600, off = clock_after(llround(s * 60), NULL) - s;
         double unit = fabs(known[i].off) < 1 ? 1e-4 : fabs(known[i].off) < 100 ? 0.01 : 1;
         assert_true(fabs(off - known[i].off) <= 0.5 * unit);
     }
-    double kept = (double)ll_single_clock_compensated(1.f / 60, 24 * 3600 * 60) - 24 * 3600;
+    float lost = 0;
+    double kept = clock_after(24 * 3600 * 60, &lost) - 24 * 3600;
     assert_true(kept > 0.007 && kept < 0.0085);
-    assert_true(ll_single_clock_stall(1.f / 60) == 524288);
-    assert_true(ll_single_clock_stall(0.001f) == 32768);
-    assert_true(ll_single_clock_stall(1.f / 30) == 1048576 && ll_single_clock_stall(0.033f) == 1048576);
     float t = 524288;
     assert_true(t + 1.f / 60 == t && nextafterf(t, 0) + 1.f / 60 != nextafterf(t, 0));
 }
@@ -32,22 +38,14 @@ static void far_from_the_origin_motion_dies(void **state)
     (void)state;
     static const struct {
         float place;
-        double spacing, speed;
-    } known[] = {{1e4f, 0x1p-10, 0.0293}, {1e5f, 0x1p-7, 0.234}, {1e6f, 0x1p-4, 1.875}, {1e7f, 1, 30}};
+        double spacing;
+    } known[] = {{1e4f, 0x1p-10}, {1e5f, 0x1p-7}, {1e6f, 0x1p-4}, {1e7f, 1}};
     for (int i = 0; i < 4; i++) {
         assert_true((double)ll_single_spacing(known[i].place) == known[i].spacing);
-        assert_true(fabs(ll_single_least_speed(known[i].place, 1. / 60) / known[i].speed - 1) < 2e-3);
         /* A body at just less than this speed stays where it is. */
         float v = (float)(known[i].spacing / 2 * 60 * 0.999), x = known[i].place;
         assert_true(x + v / 60 == x && x + 1.01f * v / 60 != x);
     }
-    assert_true(ll_single_fall(1e7f, 1.f / 60, 180) == 0);
-    assert_true(fabs(ll_single_fall(1e6f, 1.f / 60, 180) - 45.25) < 0.1);
-    assert_true(fabs(ll_single_fall(0, 1.f / 60, 180) - 45.25) < 1e-4);
-    assert_true(fabs(ll_single_oscillator_energy(1e4f, 1.f / 60, 600) - 0.9953) < 5e-5);
-    assert_true(fabs(ll_single_oscillator_energy(1e5f, 1.f / 60, 600) - 1.0315) < 5e-5);
-    assert_true(fabs(ll_single_oscillator_energy(1e6f, 1.f / 60, 600) - 1.0707) < 5e-5);
-    assert_true(fabs(ll_single_oscillator_energy(0, 1.f / 60, 600) - 1) < 1e-2);
 }
 
 /* x'' = x - x^3. */
@@ -123,7 +121,7 @@ static void frame_time_is_spent_in_whole_steps(void **state)
         ll_time t = frame % 2 ? 16666667 : 33333333;
         steps += ll_accumulator_add(&a, t);
         total += t;
-        assert_true(ll_accumulator_blend(&a) >= 0 && ll_accumulator_blend(&a) < 1);
+        assert_true(a.rest >= 0 && a.rest < a.step);
     }
     assert_true(steps * a.step + a.rest == total && a.dropped == 0);
     assert_int_equal(ll_accumulator_add(&a, 10 * LL_SECOND), 5);

@@ -10,6 +10,7 @@
 
 #include "base/prefetch.h"
 #include "session/kinds.h"
+#include "support/netgame_valid.h"
 #include "support/scene.h"
 
 /* With 1,004 entities a client predicts its own alone, which is never corrected on a clean link; and it knows
@@ -21,7 +22,7 @@ static void clients_of_a_thousand_predict_their_own(void **state)
                                 "players.1.link.down.loss_pct=0", NULL};
     scene s = scene_open("swarm_interest", sets);
     scene_run(&s, 6, NULL);
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     for (int p = 0; p < 4; p++) {
         const ll_client *c = ll_netgame_client(s.game, p);
         const ll_world *shown = ll_client_rendered_const(c);
@@ -57,7 +58,7 @@ static void the_fortieth_player_predicts_as_the_first(void **state)
     snprintf(json + n, sizeof json - (size_t)n, "]}");
     scene s = scene_make(json, NULL);
     scene_run(&s, 11, NULL);
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     for (int p = 0; p < PLAYERS; p++) {
         const ll_client *c = ll_netgame_client(s.game, p);
         assert_true(c->inputs.seq > LL_PENDING_RING);
@@ -86,7 +87,7 @@ static void the_unknown_take_no_part(void **state)
                                         NULL};
             scene s = scene_open(scenarios[k], sets);
             scene_run(&s, 3, NULL);
-            assert_null(ll_netgame_broken(s.game));
+            assert_null(netgame_broken(s.game));
             scene_close(&s);
         }
 }

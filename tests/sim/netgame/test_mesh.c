@@ -14,6 +14,7 @@
 #include "netcode/protocol/packet.h"
 #include "sim/netgame/readings.h"
 #include "sim/netgame/world_log.h"
+#include "support/netgame_valid.h"
 
 #define MESH "peers.topology=mesh"
 
@@ -29,7 +30,7 @@ static int64_t first_difference(const world_log *d, int player)
 
 static void assert_in_step(const scene *s)
 {
-    const char *broken = ll_netgame_broken(s->game);
+    const char *broken = netgame_broken(s->game);
     if (broken)
         fail_msg("%s", broken);
     for (int p = 0; p < s->game->config.player_count; p++) {
@@ -323,7 +324,7 @@ static void outages_and_changes_of_the_sync_lose_nothing(void **state)
         s.scenario.kind->change(s.game, &config, s.game->now);
         int64_t step = ll_netgame_server(s.game)->step;
         scene_run(&s, 5 + k * 2, NULL);
-        assert_null(ll_netgame_broken(s.game));
+        assert_null(netgame_broken(s.game));
         if (!ll_netgame_sync(s.game)->observe)
             continue;
         assert_true(ll_netgame_server(s.game)->step > step + 30);

@@ -9,6 +9,7 @@
 
 #include "library/library.h"
 #include "sim/netgame/readings.h"
+#include "support/netgame_valid.h"
 
 #define DOWN "players.0.link.down."
 
@@ -16,7 +17,7 @@ static cJSON *metrics_of(const char *const *sets)
 {
     scene s = scene_open("race", sets);
     scene_run(&s, 20, NULL);
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     cJSON *metrics = s.scenario.kind->metrics(s.game);
     scene_close(&s);
     return metrics;

@@ -14,6 +14,7 @@
 #include "base/hash.h"
 #include "base/rng.h"
 #include "netcode/server/reports.h"
+#include "support/netgame_valid.h"
 #include "support/scene.h"
 
 typedef struct setting {
@@ -107,7 +108,7 @@ static outcome run_for(const setting *c, double seconds)
         w.o.refused = slot_of(&s, 0)->refused;
         w.o.missing = slot_of(&s, 0)->missing - w.o.missing;
     }
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     scene_close(&s);
     return w.o;
 }

@@ -11,13 +11,14 @@
 
 #include "base/rng.h"
 #include "library/library.h"
+#include "support/netgame_valid.h"
 #include "support/scene.h"
 
 static void run_checked(const char *name, scene *s, double seconds)
 {
     for (int tick = 1; tick <= seconds * 60; tick++) {
         scene_run(s, tick / 60.0, NULL);
-        const char *broken = ll_netgame_broken(s->game);
+        const char *broken = netgame_broken(s->game);
         if (broken)
             fail_msg("%s, tick %d: %s", name, tick, broken);
     }
@@ -87,21 +88,21 @@ static void faults_are_found(void **state)
     (void)state;
     scene s = scene_open("race", NULL);
     scene_run(&s, 2, NULL);
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     ll_client *c = ll_netgame_client(s.game, 0);
     ll_server *server = ll_netgame_server(s.game);
     c->inputs.acked += 1000;
-    assert_non_null(ll_netgame_broken(s.game));
+    assert_non_null(netgame_broken(s.game));
     c->inputs.acked -= 1000;
     c->snapshots.confirmed = server->step + 1;
-    assert_non_null(ll_netgame_broken(s.game));
+    assert_non_null(netgame_broken(s.game));
     c->snapshots.confirmed = server->step - 10;
     ll_client_state(c, c->snapshots.received - 1)->tick -= 5;
-    assert_non_null(ll_netgame_broken(s.game));
+    assert_non_null(netgame_broken(s.game));
     ll_client_state(c, c->snapshots.received - 1)->tick += 5;
-    assert_null(ll_netgame_broken(s.game));
+    assert_null(netgame_broken(s.game));
     server->client_slots[1].inputs.ring[7].tick = 8;
-    assert_string_equal(ll_netgame_broken(s.game), "an input is not in its place of the ring");
+    assert_string_equal(netgame_broken(s.game), "an input is not in its place of the ring");
     scene_close(&s);
 }
 
