@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 ll_status ll_argument_format(const char *name, const char *out, const ll_format **format)
@@ -57,13 +56,6 @@ void ll_put_text(ll_cell **cell, const char *text)
 void ll_put_number(ll_cell **cell, double value)
 {
     *(*cell)++ = (ll_cell){.null = !isfinite(value), .number = value};
-}
-
-int64_t ll_cpu_now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
 int ll_print_json(cJSON *json)

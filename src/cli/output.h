@@ -16,6 +16,4 @@ ll_status ll_argument_write(const char *out, const ll_format *format, const ll_t
 void ll_put_text(ll_cell **cell, const char *text);
 void ll_put_number(ll_cell **cell, double value);
 
-int64_t ll_cpu_now_ns(void); /* processor time of the program */
-
 int ll_print_json(struct cJSON *json); /* on standard output; deletes it, and returns 0 */

@@ -17,6 +17,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 #include "session/workload.h"
+#include "threads/clock.h"
 #include "threads/team.h"
 
 enum { ASKED_MAX = 64 }; /* paths of --metrics */
@@ -39,13 +40,6 @@ static void write_line(void *context, const char *text, size_t length)
 {
     fwrite(text, 1, length, context);
     fputc('\n', context);
-}
-
-static double seconds_now(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
 static ll_status to_file(const char *path, FILE **f)
@@ -126,11 +120,6 @@ static ll_status write_file(ll_session *s, const run_options *a, const char *pat
     return ll_failed(&status) ? status : closed;
 }
 
-static int64_t cpu_now_ns(void)
-{
-    return (int64_t)(seconds_now(CLOCK_PROCESS_CPUTIME_ID) * 1e9);
-}
-
 /* The paths of --metrics. */
 typedef struct asked_metrics {
     char *text; /* owned; the paths point into it */
@@ -167,7 +156,7 @@ static cJSON *metrics_of(ll_session *s, cJSON *report, const asked_metrics *aske
 {
     cJSON *all = cJSON_DetachItemFromObject(report, "metrics");
     if (!asked->text) {
-        ll_session_time_parts(s, all, cpu_now_ns);
+        ll_session_time_parts(s, all, ll_process_cpu_ns);
         return all;
     }
     cJSON *some = cJSON_CreateObject();
@@ -227,9 +216,9 @@ static ll_status check_packets(const run_options *a, const ll_session *s)
 static ll_status run_session(const run_options *a, ll_session *s, double *wall_s)
 {
     int64_t end = ll_session_get_info(s).end_tick;
-    double wall = seconds_now(CLOCK_MONOTONIC), cpu = seconds_now(CLOCK_PROCESS_CPUTIME_ID);
+    int64_t wall = ll_now_ns(), cpu = ll_process_cpu_ns();
     ll_status status;
-    ll_session_step_profiler(s, cpu_now_ns);
+    ll_session_step_profiler(s, ll_process_cpu_ns);
     if (a->log && a->record)
         return ll_error(LL_BAD_INPUT, "--log, --record-inputs: must not be given together");
     LL_TRY(check_packets(a, s));
@@ -247,9 +236,8 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     } else {
         status = ll_session_run_to(s, end);
     }
-    *wall_s = seconds_now(CLOCK_MONOTONIC) - wall;
-    ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9),
-                       ll_session_get_info(s).tick);
+    *wall_s = (double)(ll_now_ns() - wall) * 1e-9;
+    ll_session_account(s, ll_process_cpu_ns() - cpu, ll_session_get_info(s).tick);
     if (a->trace && !ll_trace_is_csv(a->trace))
         LL_THEN(status, ll_trace_write_columns(s, a->trace));
     else

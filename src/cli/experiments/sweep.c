@@ -16,6 +16,7 @@
 #include "experiment/run/work.h"
 #include "experiment/spec/shard.h"
 #include "experiment/spec/until.h"
+#include "threads/clock.h"
 
 typedef struct sweep {
     ll_results results;
@@ -27,13 +28,6 @@ typedef struct sweep {
     char own_store[4096]; /* next to the output, deleted when that is written; empty: in memory */
     int64_t threads, from, to;
 } sweep;
-
-static double seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
 
 /* ---- before ---- */
 
@@ -81,10 +75,10 @@ static ll_status work_here(sweep *s)
     ll_workers_config config = {.store = s->store, .id = s->id, .threads = (int)s->threads, .drain = true};
     LL_TRY(ll_result_store_record(s->store, s->id, &record));
     LL_TRY(ll_workers_start(&config, &workers));
-    double started = seconds();
+    int64_t started = ll_now_ns();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
-        show_bar(s, record.done + here, seconds() - started, here);
+        show_bar(s, record.done + here, (double)(ll_now_ns() - started) * 1e-9, here);
         nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
     }
     return ll_workers_join(workers);

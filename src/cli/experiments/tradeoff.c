@@ -14,6 +14,7 @@
 #include "experiment/advise/tradeoff.h"
 #include "experiment/report/page.h"
 #include "experiment/report/tradeoff_json.h"
+#include "threads/clock.h"
 
 enum { FAMILIES_MAX = 16, SEEDS_DEFAULT = 20 };
 
@@ -324,7 +325,7 @@ int ll_verb_tradeoff(int argc, char **argv)
         {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
-    ll_tradeoff_request order = {.now_ns = ll_cpu_now_ns};
+    ll_tradeoff_request order = {.now_ns = ll_process_cpu_ns};
     ll_status status = ll_arguments(
         "tradeoff [FAMILY...] [OPTION]...: speed against error of families of methods, all by default: "
         "integrators, contact_solvers, pressure_solvers, particles, oceans, snapshots, synchronisation, "

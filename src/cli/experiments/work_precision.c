@@ -15,6 +15,7 @@
 #include "experiment/advise/work_precision_run.h"
 #include "experiment/report/page.h"
 #include "param/param.h"
+#include "threads/clock.h"
 
 typedef struct request {
     const char *name; /* name of the problem or scenario; NULL: missing */
@@ -202,7 +203,7 @@ static ll_status measure_problem(const request *q)
                             next_problem_row, &p};
     p.order = (ll_work_precision_request){.problem = q->name ? ll_ode_problem_find(q->name) : NULL,
                                           .params = p.params,
-                                          .now_ns = ll_cpu_now_ns};
+                                          .now_ns = ll_process_cpu_ns};
     if (!p.order.problem)
         return ll_error(LL_BAD_INPUT,
                         "PROBLEM: must be one of `laglab problems`, or a scenario with refinement series "
@@ -320,7 +321,7 @@ static ll_status measure_scenario(const request *q, const ll_refinement_series *
                                       .duration = q->duration,
                                       .methods = q->methods,
                                       .seeds = (int)seeds,
-                                      .now_ns = ll_cpu_now_ns};
+                                      .now_ns = ll_process_cpu_ns};
     s.refinement_run = ll_refinement_series_start(first, &s.order);
     if (!ll_failed(&status) && !measure_refinement_level(&s, &status) && !ll_failed(&status))
         status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", q->name, q->methods);

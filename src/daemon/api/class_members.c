@@ -7,6 +7,7 @@
 
 #include "daemon/api/class_request.h"
 #include "daemon/http/http_problem.h"
+#include "threads/clock.h"
 
 /* Locks the class for a member. NULL: the error was answered. */
 static ll_class *lock_for_member(ll_class_entry *entry, const ll_http_request *request,
@@ -117,7 +118,7 @@ static bool grant(ll_api *api, ll_class_entry *entry, const who *w, const ll_cla
     if (is_there(c, w)) {
         status = ll_ok();
         if (wish->role == LL_CLASS_PLAY)
-            status = ll_class_claim(c, w->place, (int)wish->player, ll_host_now());
+            status = ll_class_claim(c, w->place, (int)wish->player, ll_now_ns());
         else
             ll_class_watch(c, w->place);
     }
@@ -134,7 +135,7 @@ static void answer_member(ll_class_entry *entry, const who *w, const char *token
     ll_class *c = ll_api_lock_class(entry, request, response);
     if (!c)
         return;
-    cJSON *json = ll_class_describe_member(c, w->place), *state = ll_class_describe(c, ll_host_now());
+    cJSON *json = ll_class_describe_member(c, w->place), *state = ll_class_describe(c, ll_now_ns());
     ll_class_entry_unlock(entry);
     cJSON_DeleteItemFromObjectCaseSensitive(json, "type");
     cJSON_AddStringToObject(json, "class", ll_class_entry_id(entry));
@@ -171,7 +172,7 @@ static bool join(ll_class_entry *entry, const ll_http_request *request, ll_http_
     if (made && !c)
         return false;
     if (c) {
-        status = ll_class_join(c, &hash, ll_host_now(), &w->place);
+        status = ll_class_join(c, &hash, ll_now_ns(), &w->place);
         w->number = ll_failed(&status) ? 0 : c->members[w->place].number;
         ll_class_entry_unlock(entry);
     }

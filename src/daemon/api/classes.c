@@ -8,6 +8,7 @@
 #include "daemon/api/class_request.h"
 #include "daemon/class/origins.h"
 #include "daemon/http/http_problem.h"
+#include "threads/clock.h"
 
 /* ---- the class of a request, and who asks ---- */
 
@@ -129,7 +130,7 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
     if (c) {
         status = ll_class_change(c, body);
-        state = ll_class_describe(c, ll_host_now());
+        state = ll_class_describe(c, ll_now_ns());
         ll_class_entry_unlock(entry);
     }
     if (ll_failed(&status)) {
@@ -151,7 +152,7 @@ void ll_get_class(void *context, const ll_http_request *request, ll_http_respons
     ll_class_entry *entry = ll_api_class(context, request, response);
     ll_class *c = entry ? ll_api_lock_class(entry, request, response) : NULL;
     if (c) {
-        cJSON *state = ll_class_describe(c, ll_host_now());
+        cJSON *state = ll_class_describe(c, ll_now_ns());
         ll_class_entry_unlock(entry);
         answer_class(context, request, response, 200, entry, state, NULL);
     }
@@ -168,7 +169,7 @@ void ll_patch_class(void *context, const ll_http_request *request, ll_http_respo
         c = body ? ll_api_lock_class(entry, request, response) : NULL;
         if (c) {
             ll_status status = ll_class_change(c, body);
-            state = ll_class_describe(c, ll_host_now());
+            state = ll_class_describe(c, ll_now_ns());
             ll_class_entry_unlock(entry);
             if (ll_failed(&status))
                 ll_api_problem(response, request, &status);

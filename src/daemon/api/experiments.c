@@ -2,7 +2,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -12,6 +11,7 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/tasks.h"
+#include "threads/clock.h"
 
 #define PATH "/api/v1/experiments/"
 
@@ -38,13 +38,6 @@ static void add_links(cJSON *json, const char *id)
     }
 }
 
-static double thread_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
-
 ll_status ll_api_run_size(const ll_api *api, const ll_experiment *e, int64_t run)
 {
     ll_scenario scenario = {0};
@@ -61,9 +54,9 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
     ll_row row;
     ll_interrupt interrupt = ll_task_interrupt(task);
     LL_TRY(ll_api_run_size(api, e, 0));
-    double from = thread_seconds();
+    int64_t from = ll_thread_cpu_ns();
     ll_status status = ll_experiment_run(e, 0, &interrupt, NULL, &row);
-    double run_s = thread_seconds() - from;
+    double run_s = (double)(ll_thread_cpu_ns() - from) * 1e-9;
     if (ll_failed(&status))
         return status;
     cJSON *json = cJSON_CreateObject();

@@ -7,6 +7,7 @@
 #include "daemon/support/access.h"
 #include "daemon/support/memory.h"
 #include "daemon/support/tasks.h"
+#include "threads/clock.h"
 
 /* ---- lines ---- */
 
@@ -197,7 +198,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_host_stats s = ll_host_get_stats(api->host);
     ll_tasks_stats tasks = ll_tasks_get_stats(api->tasks);
     snprintf(response->type, sizeof response->type, "text/plain; version=0.0.4; charset=utf-8");
-    write_process(response, (double)(ll_host_now() - api->started) / 1e9);
+    write_process(response, (double)(ll_now_ns() - api->started) / 1e9);
     write_sessions(response, &s);
     if (atomic_load(&api->phase) != LL_API_STARTING)
         gauge(response, "classes", (double)ll_classes_count(api->classes), "Open classes.");

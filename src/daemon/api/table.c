@@ -7,6 +7,7 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/jobs/jobs.h"
 #include "daemon/support/log.h"
+#include "threads/clock.h"
 
 #define JSON_TYPE "application/json"
 #define PATCH_TYPES "application/merge-patch+json, application/json"
@@ -223,7 +224,7 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
     api->jobs = ll_jobs_new(tasks, config);
     api->scenarios = config->scenarios;
     api->documents = config->api;
-    api->started = ll_host_now();
+    api->started = ll_now_ns();
     api->route_count = (int)(sizeof table / sizeof table[0]);
     api->routes = malloc(sizeof table);
     api->idempotency = ll_api_idempotency_new();

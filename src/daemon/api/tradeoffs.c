@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -13,6 +12,7 @@
 #include "experiment/report/tradeoff_json.h"
 #include "experiment/statistics/interval.h"
 #include "param/param.h"
+#include "threads/clock.h"
 
 #define PATH "/api/v1/tradeoffs/"
 
@@ -105,18 +105,11 @@ static ll_status read_methods(const cJSON *given, measurement *m)
     return ll_ok();
 }
 
-static int64_t thread_cpu_ns(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
-}
-
 static ll_status read_request(const ll_api *api, const cJSON *body, measurement *m)
 {
     static const char *const names[] = {"family", "methods", "seeds", "check_seeds", "duration_s", NULL};
     m->request.scenarios = api->scenarios;
-    m->request.now_ns = thread_cpu_ns;
+    m->request.now_ns = ll_thread_cpu_ns;
     LL_TRY(ll_api_only(body, names));
     LL_TRY(read_family(cJSON_GetObjectItemCaseSensitive(body, "family"), m));
     LL_TRY(read_seeds(body, m));

@@ -39,7 +39,7 @@ ll_status ll_classes_find(ll_classes *classes, const char *name, const char *pee
 {
     char code[LL_CODE_LENGTH + 1];
     bool by_code = ll_code_read(name, code);
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     *result = NULL;
     if (by_code && !ll_rate_limits_take(classes->lookups, peer, now))
         return ll_error(LL_LIMIT, "Too many codes looked up from this address that do not exist.");
@@ -102,7 +102,7 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
     entry->touched = true;
     ll_status status = ll_class_entry_list(entry);
     if (!ll_failed(&status))
-        ll_class_entry_store(entry, ll_host_now());
+        ll_class_entry_store(entry, ll_now_ns());
     return status;
 }
 
@@ -122,7 +122,7 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
     entry->class_key = class_key;
     if (class_key)
         memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
-    entry->used = ll_host_now();
+    entry->used = ll_now_ns();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
     if (!ll_failed(&status)) {
         pthread_mutex_lock(&classes->lock);
@@ -164,7 +164,7 @@ int64_t ll_classes_count(ll_classes *classes)
 ll_class *ll_class_entry_lock(ll_class_entry *entry)
 {
     pthread_mutex_lock(&entry->classes->lock);
-    entry->used = ll_host_now();
+    entry->used = ll_now_ns();
     if (!entry->ended)
         return &entry->values;
     pthread_mutex_unlock(&entry->classes->lock);
@@ -175,7 +175,7 @@ void ll_class_entry_unlock(ll_class_entry *entry)
 {
     entry->touched = true;
     if (!entry->ended)
-        ll_class_entry_store(entry, ll_host_now());
+        ll_class_entry_store(entry, ll_now_ns());
     entry->classes->news = true;
     pthread_cond_signal(&entry->classes->wake);
     pthread_mutex_unlock(&entry->classes->lock);
@@ -241,7 +241,7 @@ static bool visit(ll_class_entry *entry, ll_time now)
 
 static void wait_for_news(ll_classes *classes, bool active)
 {
-    ll_time until = ll_host_now() + (active ? TICK_NS : LL_SECOND);
+    ll_time until = ll_now_ns() + (active ? TICK_NS : LL_SECOND);
     struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
     while (!classes->stopping && !classes->news &&
            pthread_cond_timedwait(&classes->wake, &classes->lock, &deadline) == 0)
@@ -256,7 +256,7 @@ static void *serve(void *context)
     pthread_mutex_lock(&classes->lock);
     while (!classes->stopping) {
         bool active = false;
-        ll_time now = ll_host_now();
+        ll_time now = ll_now_ns();
         for (ll_class_entry *entry = classes->first; entry; entry = entry->next) {
             if (!entry->ended)
                 active = visit(entry, now) || active;

@@ -8,6 +8,7 @@
 #include "daemon/class/classes.h"
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
+#include "threads/clock.h"
 
 /* A connection to the stream of a class. */
 typedef struct class_viewer {

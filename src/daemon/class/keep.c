@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/hash.h"
 #include "daemon/class/internal.h"
@@ -13,13 +12,6 @@
 #include "daemon/support/log.h"
 
 #define USE_NS (60 * LL_SECOND) /* between two notes of the last use */
-
-static int64_t unix_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* The name stays when its line is missing, so that the class counts again when that is back. */
 static void set_key(ll_class_entry *entry, const char *name)
@@ -56,7 +48,7 @@ void ll_class_entry_store(ll_class_entry *entry, ll_time now)
     uint64_t hash = text ? ll_hash(1, text, strlen(text)) : entry->stored;
     if (hash != entry->stored || used) {
         int64_t idle_ms = (now - entry->used) / LL_MS;
-        ll_store_put_class(store, entry->id, unix_ms() - (idle_ms > 0 ? idle_ms : 0), text ? text : "");
+        ll_store_put_class(store, entry->id, ll_unix_ms() - (idle_ms > 0 ? idle_ms : 0), text ? text : "");
         entry->stored = hash;
         entry->stored_at = now;
     }
@@ -72,7 +64,7 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     ll_class_entry *entry = calloc(1, sizeof *entry);
     const char *code = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "code"));
     const char *client = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "client"));
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     if (!entry)
         return ll_error(LL_NO_MEMORY, "out of memory: class");
     ll_status status = ll_is_id(id) && code && ll_is_code(code)
@@ -112,13 +104,13 @@ static void restore(void *context, const char *id, int64_t seen_ms, const char *
 {
     reading *r = context;
     ll_classes *classes = r->classes;
-    if ((double)(unix_ms() - seen_ms) > classes->config.class_ttl_s * 1e3) {
+    if ((double)(ll_unix_ms() - seen_ms) > classes->config.class_ttl_s * 1e3) {
         forget(r, id);
         return;
     }
     ll_class_entry *entry = NULL;
     cJSON *json = cJSON_Parse(text);
-    ll_status status = make_entry(classes, id, unix_ms() - seen_ms, json, &entry);
+    ll_status status = make_entry(classes, id, ll_unix_ms() - seen_ms, json, &entry);
     cJSON_Delete(json);
     if (!ll_failed(&status)) {
         pthread_mutex_lock(&classes->lock);

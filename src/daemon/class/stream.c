@@ -130,7 +130,7 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     bool teacher = place < 0 && ll_key_matches(&c->teacher, key->valuestring, length);
     if (place < 0 && !teacher)
         return ll_field_error(LL_FORBIDDEN, "auth", "auth: neither the teacher's key nor a member's token.");
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     detach(entry, viewer, now);
     viewer->teacher = teacher;
     viewer->place = place;
@@ -186,7 +186,7 @@ static void on_pong(void *context, void *session, ll_ws_viewer id, int64_t round
     const class_viewer *viewer = find_viewer(entry, id);
     int place = viewer ? ll_class_viewer_place(entry, viewer) : -1;
     if (place >= 0)
-        ll_class_heard(&entry->values, place, round_trip_ns, ll_host_now());
+        ll_class_heard(&entry->values, place, round_trip_ns, ll_now_ns());
     pthread_mutex_unlock(&classes->lock);
 }
 
@@ -201,7 +201,7 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
             continue;
         gone = *link;
         *link = gone->next;
-        detach(entry, gone, ll_host_now());
+        detach(entry, gone, ll_now_ns());
         break;
     }
     classes->news = true;

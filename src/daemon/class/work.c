@@ -232,7 +232,7 @@ static bool step(ll_class_entry *entry, ll_task *task)
     if (is_final(status.code))
         settle(&entry->values, &a, status.code == LL_NOT_FOUND);
     else
-        entry->retry_at = ll_host_now() + RETRY_NS;
+        entry->retry_at = ll_now_ns() + RETRY_NS;
     entry->working = is_final(status.code);
     classes->news = true;
     pthread_cond_signal(&classes->wake);

@@ -6,7 +6,7 @@
 
 static ll_status take(ll_session_entry *session_entry, const ll_command_request *request, ll_session *session)
 {
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     double rate = session_entry->host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, now)) {
         atomic_fetch_add(&session_entry->host->refused.commands, 1);
@@ -51,7 +51,7 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, boo
         goal = info.tick + ll_session_due(session_entry->session, session_entry->wall);
         ll_session_entry_work(session_entry, task, 0);
         pthread_mutex_unlock(&session_entry->lock);
-        atomic_store(&session_entry->shared.last_used, ll_host_now());
+        atomic_store(&session_entry->shared.last_used, ll_now_ns());
         ll_session_entry_notify(session_entry); /* viewers see the seek advance */
         bool more = ll_task_yield(task);
         pthread_mutex_lock(&session_entry->lock);

@@ -65,7 +65,7 @@ static ll_status make_session(ll_session_entry *session_entry, const ll_create_r
         status = ll_session_load(session_entry->session, request->workload);
     if (ll_failed(&status))
         return status;
-    session_entry->wall = ll_host_now();
+    session_entry->wall = ll_now_ns();
     if (!make_keys(session_entry, created))
         return ll_error(LL_NO_MEMORY, "Random numbers for keys not available.");
     if (request->speed > 0 && request->speed != ll_session_get_info(session_entry->session).speed)

@@ -1,7 +1,6 @@
 /* A session of the daemon: its memory, who it is, what a key permits on it, what it counts, its viewers. */
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/assert.h"
 #include "daemon/hosting/session_entry.h"
@@ -9,31 +8,17 @@
 
 static const double mebi = 1 << 20;
 
-ll_time ll_host_now(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (ll_time)now.tv_sec * LL_SECOND + now.tv_nsec;
-}
-
-static int64_t unix_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 ll_session_entry *ll_session_entry_new(ll_host *host)
 {
     ll_session_entry *session_entry = calloc(1, sizeof *session_entry);
     if (!session_entry)
         return NULL;
     session_entry->host = host;
-    session_entry->identity.created_ms = unix_ms();
+    session_entry->identity.created_ms = ll_unix_ms();
     session_entry->published.tick = -1;
     session_entry->inbox.inputs_end = &session_entry->inbox.inputs;
     atomic_init(&session_entry->shared.references, 1);
-    atomic_init(&session_entry->shared.last_used, ll_host_now());
+    atomic_init(&session_entry->shared.last_used, ll_now_ns());
     atomic_init(&session_entry->shared.status, -1);
     pthread_mutex_init(&session_entry->lock, NULL);
     pthread_mutex_init(&session_entry->inbox.lock, NULL);

@@ -19,13 +19,6 @@ static const double change_wait_ms = 20; /* longest wait of a change for a backg
 
 /* ---- running up to the present ---- */
 
-static int64_t cpu_now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (int64_t)t.tv_sec * LL_SECOND + t.tv_nsec;
-}
-
 bool ll_session_entry_is_heavy(const ll_session_entry *session_entry)
 {
     return session_entry->work.tick_ns == 0 ||
@@ -54,14 +47,14 @@ static stopwatch start_stopwatch(const ll_session_entry *session_entry)
 {
     const ll_entry_work *work = &session_entry->work;
     bool exact = work->tick_ns == 0 || work->tick_ns > short_tick_ns || work->doubtful;
-    return (stopwatch){exact, exact ? cpu_now_ns() : ll_host_now()};
+    return (stopwatch){exact, exact ? ll_thread_cpu_ns() : ll_now_ns()};
 }
 
 /* The time since its start, or `unknown_time`: a stretch that was long by the wall clock had long ticks, or
  * other threads ran meanwhile; the next one is timed exactly. */
 static int64_t read_stopwatch(ll_session_entry *session_entry, const stopwatch *watch)
 {
-    int64_t ns = (watch->exact ? cpu_now_ns() : ll_host_now()) - watch->from;
+    int64_t ns = (watch->exact ? ll_thread_cpu_ns() : ll_now_ns()) - watch->from;
     session_entry->work.doubtful = !watch->exact && ns > short_stretch_ns;
     return session_entry->work.doubtful ? unknown_time : ns;
 }
@@ -75,7 +68,7 @@ typedef struct time_limit {
 static bool before_deadline(void *context)
 {
     time_limit *limit = context;
-    int64_t now = cpu_now_ns();
+    int64_t now = ll_thread_cpu_ns();
     if (limit->until == 0)
         limit->until = now + limit->ns;
     return now < limit->until;
@@ -106,9 +99,9 @@ static int64_t advance(ll_session_entry *session_entry, ll_time wall, double max
     stopwatch watch = start_stopwatch(session_entry);
     time_limit limit = {.ns = (int64_t)((max_ms + tick_limit_ms) * 1e6)};
     limit.until = watch.exact ? watch.from + limit.ns : 0;
-    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &limit};
+    ll_interrupt interrupt = {before_deadline, ll_thread_cpu_ns, &limit};
     ll_session_step_profiler(session_entry->session,
-                             ll_viewers_any(session_entry) ? cpu_now_ns : NULL); /* the page shows it */
+                             ll_viewers_any(session_entry) ? ll_thread_cpu_ns : NULL); /* the page shows it */
     ll_session_set_interrupt(session_entry->session, &interrupt);
     if (restorable)
         due = ll_session_advance_or_restore(session_entry->session, wall, most, &interrupted);
@@ -140,21 +133,21 @@ static bool is_still_wanted(void *context)
 {
     const background_run *m = context;
     return atomic_load(&m->session_entry->shared.cancels) == m->cancels &&
-           (m->until == 0 || ll_host_now() < m->until) && ll_task_yield(m->task);
+           (m->until == 0 || ll_now_ns() < m->until) && ll_task_yield(m->task);
 }
 
 /* Runs a tick on a copy; the session is unlocked meanwhile. */
 static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *task,
                                    ll_background_tick *background_tick, double most_ms)
 {
-    ll_time until = most_ms > 0 ? ll_host_now() + (ll_time)(most_ms * 1e6) : 0;
+    ll_time until = most_ms > 0 ? ll_now_ns() + (ll_time)(most_ms * 1e6) : 0;
     background_run m = {session_entry, task, until, atomic_load(&session_entry->shared.cancels)};
-    ll_interrupt interrupt = {is_still_wanted, cpu_now_ns, &m};
+    ll_interrupt interrupt = {is_still_wanted, ll_thread_cpu_ns, &m};
     session_entry->work.background_tick = true;
     pthread_mutex_unlock(&session_entry->lock);
-    int64_t from = cpu_now_ns();
+    int64_t from = ll_thread_cpu_ns();
     ll_background_tick_run(background_tick, &interrupt);
-    int64_t ns = cpu_now_ns() - from;
+    int64_t ns = ll_thread_cpu_ns() - from;
     pthread_mutex_lock(&session_entry->lock);
     session_entry->work.background_tick = false;
     pthread_cond_broadcast(&session_entry->work.background_tick_done);
@@ -176,11 +169,7 @@ static int64_t run_background_tick(ll_session_entry *session_entry, ll_task *tas
 /* Waits at most `ms` for a background tick. */
 static void await_background_tick(ll_session_entry *session_entry, double ms)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
-    int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
-    until.tv_sec += ns / LL_SECOND;
-    until.tv_nsec = ns % LL_SECOND;
+    struct timespec until = ll_deadline(CLOCK_REALTIME, (int64_t)(ms * 1e6));
     while (session_entry->work.background_tick &&
            pthread_cond_timedwait(&session_entry->work.background_tick_done, &session_entry->lock, &until) ==
                0)
@@ -190,7 +179,7 @@ static void await_background_tick(ll_session_entry *session_entry, double ms)
 int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, double most_ms)
 {
     ll_background_tick *background_tick = NULL;
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     if (session_entry->work.background_tick) {
         await_background_tick(session_entry, lock_timeout_ms);
         return session_entry->deleted || !session_entry->session
@@ -201,7 +190,7 @@ int64_t ll_session_entry_work(ll_session_entry *session_entry, ll_task *task, do
         return advance(session_entry, now, piece_ms, true);
     if (now > session_entry->wall)
         session_entry->wall = now;
-    ll_session_step_profiler(session_entry->session, ll_viewers_any(session_entry) ? cpu_now_ns : NULL);
+    ll_session_step_profiler(session_entry->session, ll_viewers_any(session_entry) ? ll_thread_cpu_ns : NULL);
     ll_status status =
         ll_session_begin_background_tick(session_entry->session, session_entry->wall, &background_tick);
     return ll_failed(&status) || !background_tick
@@ -213,8 +202,8 @@ ll_status ll_session_entry_change(ll_session_entry *session_entry, const ll_comm
                                   ll_session *session)
 {
     int64_t limit_ns = (int64_t)(tick_limit_ms * 1e6);
-    time_limit limit = {.ns = limit_ns, .until = cpu_now_ns() + limit_ns};
-    ll_interrupt interrupt = {before_deadline, cpu_now_ns, &limit};
+    time_limit limit = {.ns = limit_ns, .until = ll_thread_cpu_ns() + limit_ns};
+    ll_interrupt interrupt = {before_deadline, ll_thread_cpu_ns, &limit};
     ll_session_set_interrupt(session, &interrupt);
     ll_status status = request->change(request->context, session, session_entry->wall);
     ll_session_set_interrupt(session, NULL);
@@ -234,13 +223,9 @@ void ll_session_entry_stop_work(ll_session_entry *session_entry)
 
 static bool try_lock(ll_session_entry *session_entry, double ms)
 {
-    struct timespec until;
     if (pthread_mutex_trylock(&session_entry->lock) == 0)
         return true;
-    clock_gettime(CLOCK_REALTIME, &until);
-    int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
-    until.tv_sec += ns / LL_SECOND;
-    until.tv_nsec = ns % LL_SECOND;
+    struct timespec until = ll_deadline(CLOCK_REALTIME, (int64_t)(ms * 1e6));
     return pthread_mutex_timedlock(&session_entry->lock, &until) == 0;
 }
 
@@ -280,7 +265,7 @@ static ll_status begin_wake(ll_session_entry *session_entry)
 static ll_status yield(ll_session_entry *session_entry, ll_task *task)
 {
     pthread_mutex_unlock(&session_entry->lock);
-    atomic_store(&session_entry->shared.last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_now_ns());
     if (!ll_task_yield(task))
         return ll_error(LL_INTERRUPTED, "the session was not awake yet");
     return ll_session_entry_lock(session_entry, task);
@@ -312,7 +297,7 @@ static ll_status wake(ll_session_entry *session_entry, ll_task *task)
 static double behind_ms(ll_session_entry *session_entry)
 {
     bool seeking = ll_session_get_info(session_entry->session).seeking;
-    int64_t due = seeking ? 0 : ll_session_due(session_entry->session, ll_host_now());
+    int64_t due = seeking ? 0 : ll_session_due(session_entry->session, ll_now_ns());
     double tick_ns = session_entry->work.tick_ns > 0 ? session_entry->work.tick_ns : 1000;
     return (double)due * tick_ns * 1e-6;
 }
@@ -321,16 +306,16 @@ static double behind_ms(ll_session_entry *session_entry)
 static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
 {
     ll_status status = ll_ok();
-    ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
+    ll_time until = ll_now_ns() + (ll_time)(2 * catch_up_ms * 1e6);
     double behind = behind_ms(session_entry);
-    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until &&
+    while (behind > 0 && behind < catch_up_ms && ll_now_ns() < until &&
            !session_entry->work.background_tick) {
         if (!task && (behind > piece_ms || session_entry->work.tick_ns == 0)) {
             pthread_mutex_unlock(&session_entry->lock);
             return ll_error(LL_INTERRUPTED, "the session was not up to date");
         }
         if (!task)
-            ll_session_entry_advance(session_entry, ll_host_now(), piece_ms);
+            ll_session_entry_advance(session_entry, ll_now_ns(), piece_ms);
         if (task && ll_session_entry_work(session_entry, task, catch_up_ms) < 0) {
             pthread_mutex_unlock(&session_entry->lock);
             return ll_session_entry_gone();
@@ -348,7 +333,7 @@ static ll_status catch_up(ll_session_entry *session_entry, ll_task *task)
 ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task, ll_session **session,
                                  bool *was_parked)
 {
-    atomic_store(&session_entry->shared.last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_now_ns());
     LL_TRY(ll_session_entry_lock(session_entry, task));
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)

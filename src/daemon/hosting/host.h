@@ -84,7 +84,6 @@ void ll_host_stop(ll_host *host); /* joins the workers; nothing is published aft
 uint64_t ll_host_save(ll_host *host, bool wait); /* the last ticket; 0: none */
 void ll_host_free(ll_host *host);                /* after the web server was closed */
 
-ll_time ll_host_now(void); /* monotonic */
 const ll_host_config *ll_host_get_config(const ll_host *host);
 ll_host_stats ll_host_get_stats(ll_host *host);
 

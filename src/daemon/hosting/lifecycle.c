@@ -28,7 +28,7 @@ static ll_session_entry *expired(ll_host *host, ll_time before)
 
 static void expire(ll_host *host)
 {
-    ll_time before = ll_host_now() - (ll_time)(host->config.session_ttl_s * 1e9);
+    ll_time before = ll_now_ns() - (ll_time)(host->config.session_ttl_s * 1e9);
     for (;;) {
         pthread_mutex_lock(&host->registry.lock);
         ll_session_entry *old = host->registry.stopping ? NULL : expired(host, before);
@@ -51,7 +51,7 @@ static void *reap_expired(void *argument)
     ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9);
     pthread_mutex_lock(&host->registry.lock);
     while (!host->registry.stopping) {
-        ll_time until = ll_host_now() + period;
+        ll_time until = ll_now_ns() + period;
         struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
         while (!host->registry.stopping &&
                pthread_cond_timedwait(&host->registry.stop, &host->registry.lock, &deadline) == 0)
@@ -92,9 +92,7 @@ static void add_stored(void *context, const ll_stored *stored)
     }
     memcpy(session_entry->identity.id, stored->id, sizeof session_entry->identity.id);
     memcpy(session_entry->identity.code, stored->code, sizeof session_entry->identity.code);
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
+    int64_t idle_ms = ll_unix_ms() - stored->seen_ms;
     atomic_store(&session_entry->shared.last_used, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
     if (!ll_host_register(host, session_entry))
         ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
@@ -126,7 +124,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->config = *config;
     host->store = store;
     host->tasks = tasks;
-    host->started = ll_host_now();
+    host->started = ll_now_ns();
     host->replies.end = &host->replies.first;
     pthread_mutex_init(&host->registry.lock, NULL);
     pthread_mutex_init(&host->replies.lock, NULL);
@@ -250,7 +248,7 @@ const ll_host_config *ll_host_get_config(const ll_host *host)
 
 bool ll_host_allows_lookup(ll_host *host, const char *peer)
 {
-    bool allowed = ll_rate_limits_take(host->lookups, peer, ll_host_now());
+    bool allowed = ll_rate_limits_take(host->lookups, peer, ll_now_ns());
     if (!allowed)
         atomic_fetch_add(&host->refused.lookups, 1);
     return allowed;

@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "daemon/support/rate_limits.h"
 #include "session/scenario.h"
+#include "threads/clock.h"
 
 enum { CLOCK_BYTES = 64 << 10 }; /* reserved for clock operations, beyond the limit of one session */
 
@@ -106,7 +107,7 @@ static bool take_rate(ll_host *host, const char *client, const ll_class_key *key
     char bucket[LL_KEY_NAME_MAX + 16];
     snprintf(bucket, sizeof bucket, "class key %s", key ? key->name : "");
     double cost = host->config.max_new_sessions_per_min / rate_of(host, key);
-    return ll_rate_limits_take_many(host->creations, key ? bucket : client, sessions * cost, ll_host_now());
+    return ll_rate_limits_take_many(host->creations, key ? bucket : client, sessions * cost, ll_now_ns());
 }
 
 static ll_status rate_full(ll_host *host, ll_class_key *key)

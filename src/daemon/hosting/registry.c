@@ -153,7 +153,7 @@ static void fill(ll_host_entry *entry, ll_session_entry *session_entry, ll_time 
 
 ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **entries, int *count)
 {
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     int64_t found = 0;
     pthread_mutex_lock(&host->registry.lock);
     ll_host_entry *all = malloc((size_t)(host->registry.sessions + 1) * sizeof *all);

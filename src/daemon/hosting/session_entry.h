@@ -13,6 +13,7 @@
 #include "daemon/support/rate_limits.h"
 #include "daemon/support/tasks.h"
 #include "session/frame.h"
+#include "threads/clock.h"
 
 enum {
     LL_SLOTS = 4

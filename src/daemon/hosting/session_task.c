@@ -13,7 +13,7 @@ static bool run_while_heavy(ll_session_entry *session_entry, ll_task *task)
     while (!session_entry->deleted && session_entry->session && ll_viewers_any(session_entry) &&
            ll_session_entry_is_heavy(session_entry)) {
         if (!ll_session_get_info(session_entry->session).parked)
-            ll_viewers_apply(session_entry, ll_host_now());
+            ll_viewers_apply(session_entry, ll_now_ns());
         int64_t due = ll_session_entry_work(session_entry, task, 0);
         if (due < 0)
             break;
@@ -66,7 +66,7 @@ bool ll_session_entry_may_park(ll_session_entry *session_entry)
         return false;
     ll_session_info info = ll_session_get_info(session_entry->session);
     return !info.parked && !info.seeking && /* the request that began a seek continues it */
-           ll_host_now() - atomic_load(&session_entry->shared.last_used) >=
+           ll_now_ns() - atomic_load(&session_entry->shared.last_used) >=
                ll_host_park_after(session_entry->host);
 }
 

@@ -2,20 +2,12 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/assert.h"
 #include "daemon/hosting/session_entry.h"
 #include "daemon/support/log.h"
 
 /* ---- the row ---- */
-
-static int64_t unix_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 void ll_session_entry_save(ll_session_entry *session_entry)
 {
@@ -26,7 +18,7 @@ void ll_session_entry_save(ll_session_entry *session_entry)
     const ll_entry_identity *identity = &session_entry->identity;
     ll_stored row = {.number = stored->number,
                      .created_ms = identity->created_ms,
-                     .seen_ms = unix_ms(),
+                     .seen_ms = ll_unix_ms(),
                      .key_count = identity->key_count,
                      .playing = info.status == LL_SESSION_PLAYING,
                      .speed = info.speed,

@@ -241,7 +241,7 @@ static ll_status take_ping(message *m, const cJSON *value)
 {
     LL_TRY(ll_request_ping(value));
     ll_ws *ws = m->session_entry->host->ws;
-    ll_request_send(ws, m->viewer, ll_request_pong(value, ll_host_now(), m->reply_id));
+    ll_request_send(ws, m->viewer, ll_request_pong(value, ll_now_ns(), m->reply_id));
     return ll_ok();
 }
 
@@ -319,7 +319,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     atomic_fetch_add(&session_entry->inbox.viewer_count, 1);
     atomic_fetch_add(&session_entry->inbox.hellos, 1);
     pthread_mutex_unlock(&session_entry->inbox.lock);
-    atomic_store(&session_entry->shared.last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_now_ns());
     ll_session_entry_notify(session_entry);
 }
 
@@ -340,7 +340,7 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
     }
     pthread_mutex_unlock(&session_entry->inbox.lock);
     free(gone);
-    atomic_store(&session_entry->shared.last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_now_ns());
     ll_session_entry_notify(session_entry);
 }
 

@@ -40,7 +40,7 @@ static bool take_frame(ll_session_entry *session_entry, uint32_t generation, ll_
     ll_row_set *space = &session_entry->host->workers[session_entry->identity.worker].space;
     if (generation != session_entry->published.generation)
         ll_frame_state_clear(&session_entry->published.last);
-    request->wall_ns = (uint64_t)ll_host_now();
+    request->wall_ns = (uint64_t)ll_now_ns();
     ll_status status = ll_frame_take(session_entry->session, request, session_entry->published.seq + 1,
                                      &session_entry->published.last, space, &frame);
     if (ll_failed(&status))
@@ -95,7 +95,7 @@ static slot_result serve_unwatched(ll_session_entry *session_entry)
 {
     if (!session_entry->session || ll_session_get_pulse(session_entry->session).parked)
         return INACTIVE;
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     if (now - atomic_load(&session_entry->shared.last_used) < ll_host_park_after(session_entry->host)) {
         atomic_store(&session_entry->shared.next_visit,
                      session_entry->work.behind ? now : now + unwatched_check_ns);
@@ -126,7 +126,7 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
         ll_session_entry_start_task(session_entry);
         return INACTIVE;
     }
-    atomic_store(&session_entry->shared.last_used, ll_host_now());
+    atomic_store(&session_entry->shared.last_used, ll_now_ns());
     ll_viewers_send_hellos(session_entry);
     if (!session_entry->work.background_tick) /* otherwise the task applies them after its tick */
         ll_viewers_apply(session_entry, deadline > session_entry->wall ? deadline : session_entry->wall);
@@ -183,7 +183,7 @@ typedef struct slot_members {
 static void copy_members(ll_worker *worker, slot_members *r, int slot)
 {
     r->count = 0;
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     pthread_mutex_lock(&worker->lock);
     if (r->capacity < worker->count) {
         ll_session_entry **bigger = realloc(r->members, (size_t)worker->capacity * sizeof *bigger);
@@ -253,12 +253,12 @@ static bool any_behind(const ll_worker *worker)
 static void catch_up(ll_worker *worker, slot_members *r, ll_time end)
 {
     bool more = any_behind(worker); /* else locking each session would be for nothing */
-    while (more && ll_host_now() + LL_MS < end) {
+    while (more && ll_now_ns() + LL_MS < end) {
         more = false;
         copy_members(worker, r, -1);
         for (int i = 0; i < r->count; i++) {
             ll_session_entry *session_entry = r->members[i];
-            if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
+            if (ll_now_ns() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
                 if (session_entry->work.behind && session_entry->session && !session_entry->deleted &&
                     !session_entry->work.background_tick && !ll_session_entry_is_heavy(session_entry) &&
                     !ll_session_get_pulse(session_entry->session).parked)
@@ -292,16 +292,16 @@ static void *work(void *argument)
     ll_worker *worker = argument;
     pthread_setname_np(pthread_self(), "worker");
     slot_members r = {0};
-    int64_t n = slot_at(ll_host_now());
+    int64_t n = slot_at(ll_now_ns());
     for (;;) {
         bool idle;
-        int64_t late = slot_at(ll_host_now()) - ++n;
+        int64_t late = slot_at(ll_now_ns()) - ++n;
         n += late >= LL_SLOTS ? late / LL_SLOTS * LL_SLOTS
                               : 0; /* skips whole frames, so that each slot has its turn */
         if (!sleep_until(worker, slot_time(n), &idle))
             break;
         if (idle)
-            n = slot_at(ll_host_now());
+            n = slot_at(ll_now_ns());
         serve_slot(worker, &r, (int)(n % LL_SLOTS), slot_time(n));
         catch_up(worker, &r, slot_time(n + 1));
     }

@@ -14,7 +14,7 @@ bool ll_http_queue(ll_http *http, http_exchange *exchange)
     bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
     if (taken) {
         exchange->next_job = NULL;
-        exchange->queued_ns = ll_http_now();
+        exchange->queued_ns = ll_now_ns();
         if (http->last_job != NULL) {
             http->last_job->next_job = exchange;
         } else {
@@ -38,7 +38,7 @@ static http_exchange *next_job(ll_http *http, int64_t *busy_since)
 {
     pthread_mutex_lock(&http->job_lock);
     if (*busy_since != 0) {
-        http->ended_ns = ll_http_now();
+        http->ended_ns = ll_now_ns();
     }
     *busy_since = 0;
     while (http->first_job == NULL && !http->jobs_end) {
@@ -187,7 +187,7 @@ ll_http_counted ll_http_counts(ll_http *http)
                                .upgrades = atomic_load(&http->upgrades),
                                .refused_answers = atomic_load(&http->refused_answers),
                                .answer_bytes = (uint64_t)atomic_load(&http->answer_bytes)};
-    int64_t now = ll_http_now(), oldest = now;
+    int64_t now = ll_now_ns(), oldest = now;
     pthread_mutex_lock(&http->job_lock);
     counted.control = http->jobs;
     if (http->first_job != NULL) {

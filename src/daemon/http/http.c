@@ -11,7 +11,6 @@
 #include <strings.h>
 #include <sys/random.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cjson/cJSON.h>
@@ -188,7 +187,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->connection = connection;
     exchange->watched = watched_of(connection);
     exchange->file = -1;
-    exchange->begin_ns = ll_http_now();
+    exchange->begin_ns = ll_now_ns();
     exchange->path = strdup(path);
     exchange->parameters = malloc(strlen(path) + 1);
     if (exchange->path == NULL || exchange->parameters == NULL) {
@@ -233,7 +232,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     }
     if (http->app.done != NULL) {
         http->app.done(http->app.context, &exchange->request, exchange->route, exchange->response.status,
-                       (double)(ll_http_now() - exchange->begin_ns) * 1e-9);
+                       (double)(ll_now_ns() - exchange->begin_ns) * 1e-9);
     }
     if (exchange->upgrade != NULL) {
         MHD_destroy_response(exchange->upgrade);
@@ -428,7 +427,7 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
     pthread_cond_init(&http->job_there, NULL);
     pthread_cond_init(&http->work_done, NULL);
     if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
-        http->request_seed = (uint64_t)ll_http_now(); /* ids must only differ */
+        http->request_seed = (uint64_t)ll_now_ns(); /* ids must only differ */
     }
     while (http->control_threads < config->control_threads && ll_http_start_control(http)) {
     }

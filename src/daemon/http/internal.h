@@ -14,6 +14,7 @@
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/ws.h"
 #include "daemon/support/tasks.h"
+#include "threads/clock.h"
 
 #define HTTP_LARGE_BODY (64u << 10) /* bytes; reading and checking a larger body runs as a task */
 /* bytes of a refused body that are read, so that its sender sees the answer */
@@ -98,7 +99,6 @@ struct ll_http {
     int64_t ended_ns;       /* when one of them last ended a job */
 };
 
-int64_t ll_http_now(void);
 void ll_http_set_deadline(http_connection *connection, double seconds);
 void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 

@@ -12,6 +12,7 @@
 #include "daemon/support/access.h"
 #include "daemon/support/log.h"
 #include "experiment/run/work.h"
+#include "threads/clock.h"
 
 enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
 
@@ -248,7 +249,7 @@ static void begin_rate(ll_experiments *x, const char *id, int64_t done)
     pthread_mutex_lock(&x->lock);
     rate_sample *p = &x->rate_samples[x->next_pace++ % RATE_SAMPLES];
     snprintf(p->id, sizeof p->id, "%s", id);
-    p->since = ll_host_now();
+    p->since = ll_now_ns();
     p->done = done;
     pthread_mutex_unlock(&x->lock);
 }
@@ -258,7 +259,7 @@ static double rate_of(ll_experiments *x, const ll_experiment_record *record)
 {
     double rate = 0;
     bool known = false;
-    ll_time since = -1, now = ll_host_now();
+    ll_time since = -1, now = ll_now_ns();
     pthread_mutex_lock(&x->lock);
     for (int i = 0; i < RATE_SAMPLES; i++) {
         const rate_sample *p = &x->rate_samples[i];

@@ -9,6 +9,8 @@
 
 #include <cjson/cJSON.h>
 
+#include "threads/clock.h"
+
 enum { JOBS_MAX = 256, JOBS_PER_CLIENT = 8 }; /* JOBS_PER_CLIENT: that run */
 
 #define KEPT (600 * LL_SECOND)
@@ -57,11 +59,7 @@ static void free_job(job *j)
 /* Waits for a request, since the client may have left, or for the job's end. */
 static void wait_for_request(job *j)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
-    int64_t ns = until.tv_nsec + 100 * LL_MS;
-    until.tv_sec += ns / LL_SECOND;
-    until.tv_nsec = ns % LL_SECOND;
+    struct timespec until = ll_deadline(CLOCK_REALTIME, 100 * LL_MS);
     pthread_mutex_lock(&j->jobs->lock);
     pthread_cond_timedwait(&j->jobs->requested, &j->jobs->lock, &until);
     pthread_mutex_unlock(&j->jobs->lock);
@@ -71,7 +69,7 @@ static bool is_wanted(void *context)
 {
     job *j = context;
     ll_time most = (ll_time)(j->jobs->config->job_idle_s * 1e9), idle;
-    while ((idle = ll_host_now() - atomic_load(&j->last_request)) > PAUSE_AFTER_NS && idle <= most &&
+    while ((idle = ll_now_ns() - atomic_load(&j->last_request)) > PAUSE_AFTER_NS && idle <= most &&
            ll_task_end_reason(j->task) == LL_TASK_RUNNING)
         wait_for_request(j);
     if (idle > most)
@@ -85,7 +83,7 @@ static void finish(job *j, ll_task *task, const ll_status *status, cJSON *answer
     ll_task_end end = ll_task_end_reason(task);
     pthread_mutex_lock(&jobs->lock);
     j->task = NULL;
-    j->ended = ll_host_now();
+    j->ended = ll_now_ns();
     j->answer = answer;
     j->error = status->code == LL_INTERRUPTED ? ll_task_error(task, status->text) : *status;
     j->state = !ll_failed(status)                                       ? LL_JOB_DONE
@@ -136,7 +134,7 @@ static void remove_from_list(ll_jobs *jobs, job **link)
 
 static void delete_expired(ll_jobs *jobs)
 {
-    ll_time before = ll_host_now() - KEPT;
+    ll_time before = ll_now_ns() - KEPT;
     for (job **link = &jobs->first; *link;) {
         if ((*link)->state != LL_JOB_RUNNING && (*link)->ended < before)
             remove_from_list(jobs, link);
@@ -181,7 +179,7 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENG
     j->spec = *spec;
     snprintf(j->client, sizeof j->client, "%s", spec->client);
     memcpy(j->id, id, sizeof j->id);
-    atomic_init(&j->last_request, ll_host_now());
+    atomic_init(&j->last_request, ll_now_ns());
     pthread_mutex_lock(&jobs->lock);
     ll_status status = add_locked(jobs, j);
     pthread_mutex_unlock(&jobs->lock);
@@ -201,7 +199,7 @@ ll_status ll_jobs_describe(ll_jobs *jobs, ll_job_kind kind, const char *id, cJSO
     pthread_mutex_lock(&jobs->lock);
     job *j = *find(jobs, kind, id);
     if (j) {
-        atomic_store(&j->last_request, ll_host_now());
+        atomic_store(&j->last_request, ll_now_ns());
         pthread_cond_broadcast(&jobs->requested);
         cJSON_AddStringToObject(json, "id", j->id);
         cJSON_AddStringToObject(json, "state", states[j->state]);

@@ -11,6 +11,7 @@
 #include "daemon/hosting/host.h"
 #include "daemon/stream/requests.h"
 #include "daemon/support/log.h"
+#include "threads/clock.h"
 
 #define LOOK_EVERY_NS 250000000L
 #define EXPIRE_EVERY_NS (10 * LL_SECOND) /* interval of deleting expired experiments */
@@ -69,7 +70,7 @@ static void send_progress(ll_progress *p, const watched *w, viewer *v, const ll_
 
 static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment_record *record)
 {
-    ll_time now = ll_host_now();
+    ll_time now = ll_now_ns();
     bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->sent_at >= SEND_EVERY_NS;
     bool changed = late || record->done != w->done || record->state != w->state;
     for (viewer *v = w->viewers; v; v = v->next) {
@@ -114,13 +115,7 @@ static void close_removed(ll_progress *p)
 
 static void wait_for_news(ll_progress *p)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    if (p->viewers == 0)
-        until.tv_sec += 1;
-    until.tv_nsec += LOOK_EVERY_NS;
-    until.tv_sec += until.tv_nsec / 1000000000L;
-    until.tv_nsec %= 1000000000L;
+    struct timespec until = ll_deadline(CLOCK_MONOTONIC, LOOK_EVERY_NS + (p->viewers == 0 ? LL_SECOND : 0));
     while (!p->stopping && !p->news) {
         if (pthread_cond_timedwait(&p->wake, &p->lock, &until) != 0)
             break;
@@ -141,12 +136,12 @@ static void *watch(void *context)
         }
         close_removed(p);
         wait_for_news(p);
-        if (p->stopping || ll_host_now() - tidied < EXPIRE_EVERY_NS)
+        if (p->stopping || ll_now_ns() - tidied < EXPIRE_EVERY_NS)
             continue;
         pthread_mutex_unlock(&p->lock); /* removes deleted ones from the list */
         p->source.tidy(p->source.experiments);
         pthread_mutex_lock(&p->lock);
-        tidied = ll_host_now();
+        tidied = ll_now_ns();
     }
     pthread_mutex_unlock(&p->lock);
     return NULL;

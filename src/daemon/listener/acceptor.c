@@ -14,7 +14,6 @@
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cjson/cJSON.h>
@@ -22,6 +21,7 @@
 #include "daemon/http/http_problem.h"
 #include "daemon/listener/web_server.h"
 #include "daemon/net/proxies.h"
+#include "threads/clock.h"
 
 #define TICK_NS INT64_C(100000000) /* interval of deadline checks */
 #define LINGER_NS                                                                                            \
@@ -68,13 +68,6 @@ struct ll_acceptor {
     bool listening;         /* the listening socket is in the epoll set */
     char head[];            /* max_head_bytes + 1 */
 };
-
-static int64_t now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
 
 /* ---- accepted connections ---- */
 
@@ -147,7 +140,7 @@ static void refuse(ll_acceptor *acceptor, pending_connection *a, int status, con
         return;
     }
     take(a);
-    a->deadline_ns = now_ns() + LINGER_NS;
+    a->deadline_ns = ll_now_ns() + LINGER_NS;
     put(&acceptor->lingering, a);
 }
 
@@ -278,7 +271,7 @@ static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *
     a->pass = pass;
     a->address = *address;
     a->address_size = address_size;
-    a->deadline_ns = now_ns() + (int64_t)(acceptor->config.head_timeout_s * 1e9);
+    a->deadline_ns = ll_now_ns() + (int64_t)(acceptor->config.head_timeout_s * 1e9);
     put(&acceptor->reading, a);
     struct epoll_event interest = {.events = EPOLLIN | EPOLLRDHUP | EPOLLET, .data.ptr = a};
     if (epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, fd, &interest) != 0) {
@@ -299,7 +292,7 @@ static void accept_connections(ll_acceptor *acceptor)
         } else if (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS) {
             /* The listener stays readable: without a pause this would spin. */
             listen_to(acceptor, false);
-            acceptor->pause_until_ns = now_ns() + TICK_NS;
+            acceptor->pause_until_ns = ll_now_ns() + TICK_NS;
             return;
         } else if (errno != EINTR && errno != ECONNABORTED) {
             return;
@@ -330,7 +323,7 @@ static void shut_listener(ll_acceptor *acceptor)
 
 static void tick(ll_acceptor *acceptor)
 {
-    int64_t now = now_ns();
+    int64_t now = ll_now_ns();
     char detail[100];
     if (acceptor->pause_until_ns != 0 && now >= acceptor->pause_until_ns) {
         acceptor->pause_until_ns = 0;
@@ -367,7 +360,7 @@ static void *acceptor_main(void *argument)
     ll_acceptor *acceptor = argument;
     pthread_setname_np(pthread_self(), "acceptor");
     struct epoll_event events[128];
-    int64_t next_tick = now_ns() + TICK_NS;
+    int64_t next_tick = ll_now_ns() + TICK_NS;
     listen_to(acceptor, true);
     while (!atomic_load(&acceptor->stop)) {
         int count = epoll_wait(acceptor->epoll, events, 128, (int)(TICK_NS / 1000000));
@@ -388,8 +381,8 @@ static void *acceptor_main(void *argument)
         if (atomic_load(&acceptor->close_listener) && acceptor->listener >= 0) {
             shut_listener(acceptor);
         }
-        if (now_ns() >= next_tick) {
-            next_tick = now_ns() + TICK_NS;
+        if (ll_now_ns() >= next_tick) {
+            next_tick = ll_now_ns() + TICK_NS;
             tick(acceptor);
         }
     }

@@ -10,6 +10,7 @@
 
 #include "base/assert.h"
 #include "daemon/store/internal.h"
+#include "threads/clock.h"
 
 const double ll_store_time_limits[LL_STORE_TIMES - 1] = {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02,
                                                          0.05,   0.1,   0.2,   0.5,   1};
@@ -32,13 +33,6 @@ struct ll_store {
     void *notify_context;
 };
 
-static int64_t now_ns(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
-}
-
 /* ---- the writer thread ---- */
 
 static void free_records(record *r)
@@ -52,9 +46,7 @@ static void free_records(record *r)
 
 static void wait_to_retry(ll_store *store)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += RETRY_S;
+    struct timespec until = ll_deadline(CLOCK_MONOTONIC, (int64_t)RETRY_S * 1000000000);
     while (!store->closing && pthread_cond_timedwait(&store->queued, &store->lock, &until) != ETIMEDOUT)
         ;
 }
@@ -98,9 +90,9 @@ static void write_batch(ll_store *store)
     int64_t size = store->stats.queued;
     store->first = store->last = NULL;
     pthread_mutex_unlock(&store->lock);
-    int64_t from = now_ns();
+    int64_t from = ll_now_ns();
     ll_status status = ll_database_commit(store->database, batch);
-    int64_t ns = now_ns() - from;
+    int64_t ns = ll_now_ns() - from;
     pthread_mutex_lock(&store->lock);
     settle(store, batch, last, ticket, size, status);
     count_time(store, ns);

@@ -1,18 +1,10 @@
-/* Time, counters, and the queue of commands to the stream threads. */
+/* Counters, and the queue of commands to the stream threads. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "daemon/stream/internal.h"
-
-int64_t ll_ws_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
 
 void ll_ws_count(atomic_ullong *counter, uint64_t n)
 {

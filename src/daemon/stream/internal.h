@@ -14,6 +14,7 @@
 #include "daemon/stream/pace.h"
 #include "daemon/stream/socket_calls.h"
 #include "daemon/stream/ws.h"
+#include "threads/clock.h"
 
 #define WS_PENDING 4       /* publications that wait for a stream's thread */
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
@@ -247,8 +248,6 @@ struct ll_ws {
     ws_thread thread[];
 };
 
-/* command_queue.c */
-int64_t ll_ws_now(void);
 void ll_ws_count(atomic_ullong *counter, uint64_t n);
 void ll_ws_wake(ws_thread *thread);
 void ll_ws_release(const ll_ws_socket *socket); /* closes it, or returns it to its owner */

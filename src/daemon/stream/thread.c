@@ -188,7 +188,7 @@ static ll_ws_stream *take_publications(ws_thread *thread)
 static void process_pending(ws_thread *thread)
 {
     atomic_store(&thread->wake_pending, false);
-    thread->now_ns = ll_ws_now();
+    thread->now_ns = ll_now_ns();
     pthread_mutex_lock(&thread->lock);
     ws_command *command = thread->first_command;
     thread->first_command = thread->last_command = NULL;
@@ -215,7 +215,7 @@ static void clear_wake(ws_thread *thread)
 /* Sleeps until a wake-up or `until_ns`. */
 static void wait_until(ws_thread *thread, int64_t until_ns)
 {
-    int64_t left = until_ns - ll_ws_now();
+    int64_t left = until_ns - ll_now_ns();
     if (left > 0) {
         struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
         struct timespec time = {.tv_nsec = left < POLL_INTERVAL_NS ? left : POLL_INTERVAL_NS};
@@ -241,7 +241,7 @@ static void serve_some(ws_thread *thread, const struct epoll_event *events, int 
         }
     }
     ll_socket_calls_make(thread->queue.calls, call, reads);
-    thread->now_ns = ll_ws_now(); /* the wait may have been long, and acks are timed by it */
+    thread->now_ns = ll_now_ns(); /* the wait may have been long, and acks are timed by it */
     for (int i = 0; i < count; i++) {
         ws_viewer *viewer = events[i].data.ptr;
         bool reading = viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0;
@@ -268,7 +268,7 @@ static void serve_sockets(ws_thread *thread, int64_t wait_ns)
     struct epoll_event events[EVENTS];
     int wait_ms = wait_ns < 0 ? -1 : (int)((wait_ns + 999999) / 1000000);
     int count = epoll_wait(thread->epoll, events, EVENTS, wait_ms);
-    thread->now_ns = ll_ws_now();
+    thread->now_ns = ll_now_ns();
     for (int i = 0; i < count; i += LL_SOCKET_CALLS_MAX) {
         serve_some(thread, events + i, count - i < LL_SOCKET_CALLS_MAX ? count - i : LL_SOCKET_CALLS_MAX);
     }
@@ -324,9 +324,9 @@ void *ll_ws_thread_main(void *argument)
         }
         if (atomic_load(&thread->drain) && end_ns == 0) {
             send_close_frame(thread);
-            end_ns = ll_ws_now() + (int64_t)(thread->ws->config.drain_s * 1e9);
+            end_ns = ll_now_ns() + (int64_t)(thread->ws->config.drain_s * 1e9);
         }
-        thread->now_ns = ll_ws_now();
+        thread->now_ns = ll_now_ns();
         if (thread->sockets > 0 && thread->now_ns - swept_ns >= SWEEP_NS) {
             swept_ns = thread->now_ns;
             sweep(thread);

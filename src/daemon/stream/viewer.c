@@ -152,7 +152,7 @@ static void pong(ws_viewer *viewer)
     if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->closing.code != 0) {
         return;
     }
-    int64_t round_trip = ll_ws_now() - viewer->measured_ns;
+    int64_t round_trip = ll_now_ns() - viewer->measured_ns;
     viewer->measured_ns = 0;
     if (hooks_of(viewer)->pong != NULL) {
         hooks_of(viewer)->pong(hooks_of(viewer)->context, viewer->stream->session, viewer->handle,

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/assert.h"
+#include "threads/clock.h"
 
 enum {
     SLICE_NS = 10000000,
@@ -65,18 +66,6 @@ struct ll_tasks {
     bool draining, ended;
     uint64_t done, broken, refused;
 };
-
-static int64_t clock_ns(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-static int64_t now_ns(void)
-{
-    return clock_ns(CLOCK_MONOTONIC);
-}
 
 /* ---- accounts; locked ---- */
 
@@ -166,7 +155,7 @@ static void give_turns(ll_tasks *p)
         t->state = t->started ? RUNNING : STARTING;
         LL_ASSERT(t->session->of == t->client); /* an account of this client */
         t->turn = t->session->turn = t->client->turn = ++p->serial;
-        t->since = p->last_turn = now_ns();
+        t->since = p->last_turn = ll_now_ns();
         p->running++;
         if (t->started) {
             pthread_cond_signal(&t->its_turn);
@@ -189,7 +178,7 @@ static ll_task *take(ll_tasks *p)
     if (!t)
         return NULL;
     t->state = RUNNING;
-    t->cpu_from = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    t->cpu_from = ll_thread_cpu_ns();
     LL_ASSERT(p->starting > 0);
     p->starting--;
     return t;
@@ -264,8 +253,8 @@ static void *watch_slices(void *argument)
     pthread_setname_np(pthread_self(), "task watcher");
     pthread_mutex_lock(&p->lock);
     while (!p->ended) {
-        int64_t now = now_ns(), until = now + LOOK_NS;
-        struct timespec deadline = {until / 1000000000, until % 1000000000};
+        int64_t now = ll_now_ns();
+        struct timespec deadline = ll_deadline(CLOCK_MONOTONIC, LOOK_NS);
         for (ll_task *t = p->first; t; t = t->next) {
             if (t->state != RUNNING || now - t->since < OVERDUE_NS)
                 continue;
@@ -290,20 +279,20 @@ static void wait_for_turn(ll_task *t)
     if (t->state == OVERDUE || p->count > p->running + p->overdue) { /* another task waits */
         end_turn(p, t);
         t->state = WAITING;
-        t->since = now_ns();
+        t->since = ll_now_ns();
         pthread_cond_signal(&p->watch);
         give_turns(p);
         while (t->state == WAITING)
             pthread_cond_wait(&t->its_turn, &p->lock);
     }
-    t->since = now_ns();
+    t->since = ll_now_ns();
     pthread_mutex_unlock(&p->lock);
 }
 
 /* Processor time so far. */
 static double used_s(const ll_task *t)
 {
-    return (double)(clock_ns(CLOCK_THREAD_CPUTIME_ID) - t->cpu_from) * 1e-9;
+    return (double)(ll_thread_cpu_ns() - t->cpu_from) * 1e-9;
 }
 
 bool ll_task_yield(ll_task *t)
@@ -312,7 +301,7 @@ bool ll_task_yield(ll_task *t)
         ll_task_stop(t, LL_TASK_OVER_BUDGET);
     if (ll_task_end_reason(t) != LL_TASK_RUNNING)
         return false;
-    if (now_ns() - t->since > SLICE_NS)
+    if (ll_now_ns() - t->since > SLICE_NS)
         wait_for_turn(t);
     return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }
@@ -350,7 +339,7 @@ static bool yield_task(void *task)
 
 ll_interrupt ll_task_interrupt(ll_task *t)
 {
-    return (ll_interrupt){yield_task, now_ns, t};
+    return (ll_interrupt){yield_task, ll_now_ns, t};
 }
 
 /* ---- adding tasks ---- */
@@ -398,7 +387,7 @@ ll_status ll_tasks_add(ll_tasks *p, const ll_task_spec *order, ll_task **task)
         return status;
     }
     t->turn = ++p->serial;
-    t->since = now_ns();
+    t->since = ll_now_ns();
     ll_task **link = &p->first;
     while (*link)
         link = &(*link)->next;
@@ -447,7 +436,7 @@ void ll_tasks_drain(ll_tasks *p)
 
 ll_tasks_stats ll_tasks_get_stats(ll_tasks *p)
 {
-    int64_t now = now_ns(), longest = 0;
+    int64_t now = ll_now_ns(), longest = 0;
     pthread_mutex_lock(&p->lock);
     for (const ll_task *t = p->first; t; t = t->next)
         if (t->state == WAITING && may_start(p, t) && now - t->since > longest)

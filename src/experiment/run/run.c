@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/run_status.h"
 #include "base/utf8.h"
@@ -12,6 +11,7 @@
 #include "experiment/spec/experiment.h"
 #include "experiment/spec/metric_path.h"
 #include "session/session.h"
+#include "threads/clock.h"
 
 static bool stops(const ll_experiment *e, ll_session *session)
 {
@@ -137,13 +137,6 @@ enum { COST_RUNS_MIN = 3, COST_RUNS_MAX = 7 }; /* minimum and maximum of runs to
 
 #define COST_SHORT_NS 5e7 /* total time below which more than the minimum are run */
 
-static double thread_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
-
 static int cost_metric_of(const ll_experiment *e)
 {
     for (int i = 0; i < e->metric_count; i++)
@@ -164,9 +157,9 @@ static ll_status measure_cost(const ll_experiment *e, int metric, double first_n
         ll_session *session = NULL;
         bool stopped = false;
         status = open_session(e, row->run, kept, &session);
-        double from = thread_ns();
+        int64_t from = ll_thread_cpu_ns();
         LL_THEN(status, advance(e, session, interrupt, NULL, &stopped));
-        double took = thread_ns() - from;
+        double took = (double)(ll_thread_cpu_ns() - from);
         all += took;
         least = took < least ? took : least;
         ll_session_destroy(session);
@@ -210,10 +203,10 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interr
         return ll_ok();
     }
     ll_windows *windows = NULL;
-    double from = thread_ns();
+    int64_t from = ll_thread_cpu_ns();
     status = count_windows(e, session, &windows);
     LL_THEN(status, advance(e, session, interrupt, windows, &stopped));
-    double took = thread_ns() - from;
+    double took = (double)(ll_thread_cpu_ns() - from);
     if (status.code == LL_INTERRUPTED || status.code == LL_NO_MEMORY) {
         forget_windows(windows);
         ll_session_destroy(session);

@@ -15,6 +15,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "experiment/spec/until.h"
+#include "threads/clock.h"
 
 enum { RETRY_EVERY_S = 1 };
 
@@ -66,19 +67,12 @@ int64_t ll_experiment_chunk(const ll_experiment *experiment, int64_t runs)
     return ll_until_is_set(experiment) ? share(chunk, repeats) * repeats : chunk;
 }
 
-static double thread_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
-
 ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s)
 {
     ll_row row;
-    double from = thread_seconds();
+    int64_t from = ll_thread_cpu_ns();
     ll_status status = ll_experiment_run(experiment, run, NULL, NULL, &row);
-    *run_s = thread_seconds() - from;
+    *run_s = (double)(ll_thread_cpu_ns() - from) * 1e-9;
     return status;
 }
 
@@ -138,9 +132,7 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
 /* Waits until there are more than `calls` calls; `retry`: at most for RETRY_EVERY_S. */
 static void rest(ll_workers *w, uint64_t calls, bool retry)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += RETRY_EVERY_S;
+    struct timespec until = ll_deadline(CLOCK_MONOTONIC, RETRY_EVERY_S * LL_SECOND);
     pthread_mutex_lock(&w->lock);
     int waited = 0;
     while (calls == w->calls && waited == 0 && !atomic_load(&w->stopping))
@@ -183,13 +175,6 @@ static bool is_wanted(void *context)
     return !atomic_load_explicit(&w->stopping, memory_order_relaxed);
 }
 
-static int64_t now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
 /* Makes a run, or the row of a skipped run if its point has enough. */
 static ll_status run_or_skip(worker_thread *b, const ll_chunk *chunk, int64_t run,
                              const ll_interrupt *interrupt, bool *enough)
@@ -211,7 +196,7 @@ static ll_status run_or_skip(worker_thread *b, const ll_chunk *chunk, int64_t ru
 static ll_status run_chunk(worker_thread *b, const ll_chunk *chunk)
 {
     ll_workers *w = b->workers;
-    ll_interrupt interrupt = {is_wanted, now_ns, w};
+    ll_interrupt interrupt = {is_wanted, ll_now_ns, w};
     int64_t counted = 0;
     if (chunk->to - chunk->from > b->capacity) {
         free(b->rows);
