@@ -130,7 +130,7 @@ endif()
 find_program(PYTHON_PROGRAM NAMES python3)
 if(PYTHON_PROGRAM AND TARGET laglab)
     laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 150 --seed 1)
-    laglab_test(oracle.more oracle ${PYTHON_PROGRAM} tests/oracle/run.py --more --count 20 --seed 1)
+    laglab_test(oracle.more oracle ${PYTHON_PROGRAM} tests/oracle/run.py --more --count 25 --seed 1)
     file(GLOB FOUND RELATIVE ${CMAKE_SOURCE_DIR}/tests/oracle/found CONFIGURE_DEPENDS tests/oracle/found/*.json)
     foreach(name IN LISTS FOUND) # scenarios in which both once differed
         string(REPLACE ".json" "" name ${name})

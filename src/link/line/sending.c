@@ -122,7 +122,7 @@ static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message
                           .reordered = p->reordered,
                           .duplicated = p->duplicated,
                           .rescued = p->rescued,
-                          .marked = p->marked,
+                          .marked = p->marked && p->fate == LL_FATE_DELIVERED,
                           .copy_fate = LL_FATE_LOST,
                           .copy_due = p->now};
     if (p->duplicated && !p->rescued) {
@@ -133,6 +133,7 @@ static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message
             if (copy.marked)
                 mark(l, m);
         }
+        sending.marked |= copy.marked && copy.fate == LL_FATE_DELIVERED;
         sending.copy_fate = copy.fate;
         sending.copy_due = copy.due;
     }
