@@ -238,8 +238,9 @@ int ll_verb_advise(int argc, char **argv)
         {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
         {"--repeats", "N", "Runs of each setting, with ascending seeds.", .value = &a.repeats},
         {"--runs", "N",
-         "Maximum number of runs; default: a fifth of all, at least 40; in netgames with repeats two, and "
-         "1024.",
+         "Maximum number of runs; default: one of each setting and 40; in netgames with repeats two fifths "
+         "of "
+         "all and 1024.",
          .value = &a.most_runs},
         {"--workload", "LOG", "Inputs that every run replays, for players whose control is person.",
          .value = &a.workload},

@@ -9,18 +9,14 @@
 #include "base/detmath.h"
 #include "base/rng.h"
 
-#define LEAST_RUNS 40       /* minimum: a fifth of fewer runs says little about nine methods */
+#define MORE_RUNS 40        /* beside one of each point: to verify, and to settle equal costs */
 #define EQUAL_LOG 1e-12     /* smaller differences of costs and errors count as zero */
-#define LOG_RANGE 15        /* errors are clamped to this many factors of e around the limit */
-#define FAILED_PENALTY 2    /* a failed run counts as this many factors of e worse than the worst seen */
-#define WORTH_SAVING 2e-3   /* relative saving in cost below which the search verifies what it has */
 #define CLOSE 0.01          /* relative saving that is worth runs, where costs differ by seed */
 #define SURE_DEVIATIONS 2.5 /* standard deviations by which the mean of such differences may be off */
 #define FEW_SEEDS 30        /* with fewer seeds the mean is not nearly normal */
 #define PRIOR_FREEDOM 3     /* degrees of freedom that the variance of all settings has in that of one */
-/* standard deviations of a run between the mean and the upper bound after a few fresh seeds */
-#define MARGIN_DEVIATIONS 0.8
-#define FIRST_PART 0.3 /* part of the runs for the initial even spread */
+#define SPREAD 0.3          /* part of the runs for the even spread, where they are fewer than the points */
+#define GOLDEN 0.6180339887498949
 
 /* With one seed the error has no interval. A point that misses the limit by more than others scatter is not
  * run again before all others were. */
@@ -60,33 +56,6 @@ static void find_best(ll_advise_search *s)
     s->best = ll_advise_cheapest(s, holds);
 }
 
-/* Failed runs count as errors no smaller than the worst seen. */
-static double worst_error(const ll_advise_search *s)
-{
-    double worst = s->request->max_error;
-    for (int p = 0; p < s->points; p++)
-        worst = fmax(worst, s->trials[p].own[ERROR].mean);
-    return ll_detmath_log(worst) + FAILED_PENALTY;
-}
-
-static void update_surrogate(ll_advise_search *s, int point)
-{
-    const ll_trial *t = &s->trials[point];
-    double limit = ll_detmath_log(s->request->max_error), values[2];
-    double seen = ll_advise_all_sums(t).mean * (1 + MARGIN_DEVIATIONS * s->scatter);
-    double error =
-        t->runs == 0 ? worst_error(s) : ll_detmath_log(fmax(seen, EQUAL_LOG)) + ll_advise_shift(s, t, ERROR);
-    values[COST] = ll_detmath_log(fmax(t->own[COST].mean, EQUAL_LOG)) + ll_advise_shift(s, t, COST);
-    values[ERROR] = fmin(fmax(error, limit - LOG_RANGE), limit + LOG_RANGE);
-    if (t->runs == 0) { /* it failed: its cost is meaningless */
-        double deviation[2], mean[2];
-        ll_surrogate_expect(s->surrogate, point, mean, deviation);
-        values[COST] = mean[COST];
-    }
-    ll_surrogate_tell(s->surrogate, point, values);
-    ll_surrogate_fit(s->surrogate);
-}
-
 /* Whether its cost may still turn out below that of the best. */
 static bool may_beat(const ll_advise_search *s, const ll_trial *t)
 {
@@ -105,8 +74,6 @@ static ll_status try_point(ll_advise_search *s, int point)
     ll_trial *t = &s->trials[point];
     ll_status status = ll_ok();
     int64_t repeats = s->experiment->head.repeats, next = t->runs > 0 ? 2 * t->runs : 1;
-    if (t->state == UNTRIED)
-        status = ll_surrogate_see(s->surrogate, point);
     do {
         next = next < repeats ? next : repeats;
         while (!ll_failed(&status) && t->runs + t->failed < next && s->runs < s->most - s->kept)
@@ -115,8 +82,6 @@ static ll_status try_point(ll_advise_search *s, int point)
         next *= 2;
     } while (!ll_failed(&status) && t->state == OPEN && s->runs < s->most - s->kept &&
              (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])));
-    if (!ll_failed(&status))
-        update_surrogate(s, point);
     find_best(s);
     return status;
 }
@@ -124,61 +89,42 @@ static ll_status try_point(ll_advise_search *s, int point)
 static ll_status verify(ll_advise_search *s, int point)
 {
     ll_status status = ll_advise_verify(s, point);
-    if (!ll_failed(&status))
-        update_surrogate(s, point);
     find_best(s);
     return status;
 }
 
 /* ---- selection ---- */
 
-static double density(double z)
+/* Steps between two points: one for each value between them on a numeric axis, one for another choice. */
+static int64_t steps_between(const ll_experiment *e, int64_t p, int64_t q)
 {
-    return 0.3989422804014327 * ll_exp(-z * z / 2);
-}
-
-/* Expected saving in log cost over the best, times the probability to hold. Before any point holds: that
- * probability, and of equal ones the cheaper point. */
-static double acquisition(const ll_advise_search *s, int point)
-{
-    double mean[2], deviation[2];
-    ll_surrogate_expect(s->surrogate, point, mean, deviation);
-    double chance = ll_normal_cdf((ll_detmath_log(s->request->max_error) - mean[ERROR]) / deviation[ERROR]);
-    if (s->best < 0)
-        return chance * ll_exp(-0.02 * (mean[COST] - ll_detmath_log(EQUAL_LOG)));
-    double saved = ll_detmath_log(fmax(s->trials[s->best].own[COST].mean, EQUAL_LOG)) - mean[COST],
-           z = saved / deviation[COST];
-    return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
-}
-
-/* The most promising point that was not tried; -1: all were. If none is promising, the one with the lowest
- * expected cost. */
-static int best_acquisition(const ll_advise_search *s, double *most)
-{
-    int found = -1;
-    double cheapest = INFINITY;
-    *most = 0;
-    for (int p = 0; p < s->points; p++) {
-        if (s->trials[p].state != UNTRIED)
+    int64_t steps = 0;
+    for (int a = e->axis_count - 1; a >= 0; a--) {
+        const ll_axis *axis = &e->axes[a];
+        if (a > 0 && e->dimension[a - 1] == e->dimension[a]) /* zipped: the first axis represents all */
             continue;
-        double value = acquisition(s, p), mean[2], deviation[2];
-        ll_surrogate_expect(s->surrogate, p, mean, deviation);
-        if (value > *most || (*most == 0 && mean[COST] < cheapest))
-            found = p;
-        *most = fmax(*most, value);
-        cheapest = fmin(cheapest, mean[COST]);
+        int64_t apart = llabs(p % axis->count - q % axis->count);
+        bool choice = axis->type == LL_CELL_BOOL || axis->type == LL_CELL_TEXT;
+        steps += choice ? apart != 0 : apart;
+        p /= axis->count;
+        q /= axis->count;
     }
-    return found;
+    return steps;
 }
 
-static int most_doubtful(const ll_advise_search *s)
+/* The point nearest to the best one that was not tried; before any holds, to the one with the smallest error.
+ * -1: all were tried. */
+static int nearest_untried(const ll_advise_search *s)
 {
-    int found = -1;
-    for (int p = 0; p < s->points; p++)
-        if (s->trials[p].state == UNTRIED &&
-            (found < 0 ||
-             ll_surrogate_doubt(s->surrogate, p) > ll_surrogate_doubt(s->surrogate, found) * (1 + 1e-9)))
+    int found = -1, to = s->best >= 0 ? s->best : ll_advise_least_error(s);
+    int64_t nearest = INT64_MAX;
+    for (int p = 0; p < s->points; p++) {
+        int64_t steps = to < 0 ? p : steps_between(s->experiment, p, to);
+        if (s->trials[p].state == UNTRIED && steps < nearest) {
             found = p;
+            nearest = steps;
+        }
+    }
     return found;
 }
 
@@ -331,12 +277,10 @@ static int cheapest_undecided(const ll_advise_search *s)
 }
 
 /* One step of the search: tries, repeats or verifies a point. False: nothing is left to find out.
- * Verification begins when no point is promising, or when only the runs reserved for it are left. */
+ * Verification begins when all points were tried, or when only the runs reserved for it are left. */
 static bool search_step(ll_advise_search *s, ll_status *status)
 {
-    double most;
-    int untried = best_acquisition(s, &most), open = cheapest_open(s), sure = safest(s);
-    bool promising = untried >= 0 && (s->best < 0 || most >= WORTH_SAVING);
+    int untried = nearest_untried(s), open = cheapest_open(s), sure = safest(s);
     s->kept = keep(s, sure);
     bool last = s->kept > 0 && s->most - s->runs <= s->kept;
     int shown = ll_advise_cheapest(s, ll_advise_is_verified);
@@ -345,7 +289,7 @@ static bool search_step(ll_advise_search *s, ll_status *status)
         s->kept = 0;
         last = false;
     }
-    if (promising && !last)
+    if (untried >= 0 && !last)
         *status = try_point(s, untried);
     else if (open >= 0 && s->trials[open].state == OPEN && !last)
         *status = try_point(s, open);
@@ -355,30 +299,39 @@ static bool search_step(ll_advise_search *s, ll_status *status)
         *status = verify(s, close);
     else if (open >= 0)
         *status = try_point(s, open);
-    else if (untried >= 0)
-        *status = try_point(s, untried);
     else
         return false;
     return !ll_failed(status);
 }
 
-/* First an even spread, then steps until the runs are used up or the optimum is proven. */
-static ll_status search(ll_advise_search *s, bool *proven)
+/* One seed of every point if there are runs for it; else of points spread evenly over the grid, by multiples
+ * of the golden section of its length. */
+static ll_status spread(ll_advise_search *s)
 {
     ll_status status = ll_ok();
-    int64_t spread = (int64_t)(FIRST_PART * (double)s->most);
-    *proven = false;
-    for (int first = 0; !ll_failed(&status) && s->runs < spread && first < s->most / 3; first++) {
-        int point = most_doubtful(s);
-        if (point < 0)
-            break;
-        status = try_point(s, point);
+    bool all = s->points < s->most;
+    int64_t count = all ? s->points : (int64_t)(SPREAD * (double)s->most);
+    for (int64_t k = 0; k < count && !ll_failed(&status); k++) {
+        int p = (int)(all ? k : (int64_t)(fmod(GOLDEN * (double)k, 1) * s->points));
+        if (s->trials[p].state != UNTRIED)
+            continue;
+        status = ll_advise_run(s, p, false);
+        classify(s, &s->trials[p]);
     }
+    find_best(s);
+    return status;
+}
+
+/* First the spread, then steps until the runs are used up or the optimum is proven. */
+static ll_status search(ll_advise_search *s, bool *proven)
+{
+    *proven = false;
+    ll_status status = spread(s);
     while (!ll_failed(&status) && !*proven && s->runs < s->most)
         *proven = !search_step(s, &status) && !ll_failed(&status);
     *proven =
         *proven && cheapest_undecided(s) < 0; /* not proven while another point may hold and be the best */
-    return status.code == LL_LIMIT ? ll_ok() : status;
+    return status;
 }
 
 ll_status ll_advise_check(const ll_advise_request *request)
@@ -393,9 +346,9 @@ ll_status ll_advise_check(const ll_advise_request *request)
     if (e->head.sample.method != LL_SAMPLE_NONE)
         return ll_field_error(LL_BAD_INPUT, "sample",
                               "sample: must be absent, since the adviser chooses its points");
-    if (e->points > LL_SURROGATE_POINTS_MAX)
+    if (e->points > LL_ADVISE_POINTS_MAX)
         return ll_field_error(LL_BAD_INPUT, "axes", "axes: has %lld points; must have at most %d",
-                              (long long)e->points, LL_SURROGATE_POINTS_MAX);
+                              (long long)e->points, LL_ADVISE_POINTS_MAX);
     return ll_ok();
 }
 
@@ -405,8 +358,8 @@ int64_t ll_advise_runs(const ll_advise_request *request)
     if (request->most_runs > 0)
         return request->most_runs;
     bool matter = e->head.repeats > 1 && !e->base.kind->no_rare_events;
-    int64_t part = e->runs / (matter ? 5 : 10) * 2;
-    return (part > LEAST_RUNS ? part : LEAST_RUNS) + (matter ? 2 * LL_ADVISE_FRESH_MAX : 0);
+    int64_t once = e->points + MORE_RUNS, part = matter ? e->runs / 5 * 2 + 2 * LL_ADVISE_FRESH_MAX : 0;
+    return part > once ? part : once;
 }
 
 ll_status ll_advise(const ll_advise_request *request, cJSON **answer)
@@ -422,12 +375,10 @@ ll_status ll_advise(const ll_advise_request *request, cJSON **answer)
     s.fresh.head.repeats = e->head.repeats + LL_ADVISE_FRESH_MAX;
     s.most = ll_advise_runs(request);
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
-    status = s.trials ? ll_surrogate_create(e, s.most, &s.surrogate)
-                      : ll_error(LL_NO_MEMORY, "out of memory: adviser");
+    status = s.trials ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: adviser");
     LL_THEN(status, search(&s, &proven));
     if (!ll_failed(&status))
         *answer = ll_advise_answer(&s, proven);
-    ll_surrogate_free(s.surrogate);
     ll_advise_free_trials(&s);
     return status;
 }

@@ -1,9 +1,10 @@
 /* The adviser: finds the cheapest setting whose error stays within a limit, with few of an experiment's runs.
  *
- * Constrained Bayesian optimisation (Gardner et al., ICML 2014): a surrogate predicts cost and error of each
- * point; the next point tried is the one with the largest expected saving times the probability to hold. A
- * point is first tried with one seed. More seeds follow, doubling each time, while it may still be the best
- * (successive halving), until all its repeats were run or its error is certainly too large.
+ * If the runs are enough, every point is run with one seed. Else three tenths of the runs go to points spread
+ * evenly over the grid, and then the search tries the untried point nearest to the best one so far: the
+ * cheapest that holds, or before any does the one with the smallest error. More seeds follow, doubling each
+ * time, while a point may still be the best (successive halving), until all its repeats were run or its error
+ * is certainly too large.
  *
  * The advised setting has run all repeats and holds on fresh seeds, which the search has not used: the upper
  * bound of the 95 % interval of their mean error is within the limit. If fresh seeds give the same as the
@@ -19,11 +20,13 @@
 
 #include "experiment/spec/experiment.h"
 
+enum { LL_ADVISE_POINTS_MAX = 5000 };
+
 typedef struct ll_advise_request {
     const ll_experiment *experiment; /* its error and cost metrics are used; must not be sampled */
     double max_error;
-    int64_t
-        most_runs; /* 0: a fifth of all, at least 40; where seeds matter, as many again and 1024 fresh ones */
+    int64_t most_runs; /* 0: one of each point and 40; where seeds matter two fifths of all and 1024, if that
+                          is more */
     const ll_interrupt *interrupt; /* NULL: cannot be interrupted; else LL_INTERRUPTED */
     _Atomic int64_t *runs;         /* NULL, or a counter of finished runs */
 } ll_advise_request;

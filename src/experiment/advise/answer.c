@@ -61,21 +61,12 @@ static bool on_front(const ll_advise_search *s, int point)
     return t->runs > 0 && t->failed == 0;
 }
 
-static int least_error(const ll_advise_search *s)
-{
-    int found = -1;
-    for (int p = 0; p < s->points; p++)
-        if (s->trials[p].runs > 0 && s->trials[p].failed == 0 &&
-            (found < 0 || s->trials[p].own[ERROR].mean < s->trials[found].own[ERROR].mean))
-            found = p;
-    return found;
-}
-
 cJSON *ll_advise_answer(const ll_advise_search *s, bool proven)
 {
     const ll_experiment *e = s->experiment;
     /* another one that holds may be cheaper, except by chance */
-    int best = ll_advise_cheapest(s, ll_advise_is_verified), nearest = best < 0 ? least_error(s) : -1;
+    int best = ll_advise_cheapest(s, ll_advise_is_verified),
+        nearest = best < 0 ? ll_advise_least_error(s) : -1;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "holds", best >= 0);
     cJSON_AddStringToObject(json, "optimum", proven ? "proven" : "best found");

@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "experiment/advise/advise.h"
-#include "experiment/advise/surrogate.h"
 #include "experiment/format/table.h"
 
 struct cJSON;
@@ -41,8 +40,7 @@ typedef struct ll_advise_search {
     const ll_advise_request *request;
     const ll_experiment *experiment;
     ll_experiment fresh; /* the same with more repeats, whose seeds follow the experiment's */
-    ll_surrogate *surrogate;
-    ll_trial *trials; /* by point */
+    ll_trial *trials;    /* by point */
     int points;
     int best; /* cheapest that holds, verified or not; -1: none */
     int64_t runs, most;
@@ -85,10 +83,6 @@ bool ll_advise_costs_more(const ll_trial *a, const ll_trial *b);
 /* Whether two settings gave the same at every common seed, so that they cannot be distinguished. */
 bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b);
 
-/* Log ratio between the mean over all repeats and that over the setting's seeds so far, estimated from the
- * settings that have run them all. */
-double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output);
-
 /* Runs one more seed, a fresh one or one of the repeats. */
 ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh);
 
@@ -128,6 +122,9 @@ void ll_advise_free_trials(ll_advise_search *s);
 
 /* Runs the next fresh seeds of a setting and updates its state. */
 ll_status ll_advise_verify(ll_advise_search *s, int point);
+
+/* Of tried points without a failed run the one with the smallest error; -1: none. */
+int ll_advise_least_error(const ll_advise_search *s);
 
 /* The answer described in advise.h. */
 struct cJSON *ll_advise_answer(const ll_advise_search *s, bool proven);

@@ -19,7 +19,6 @@
 #define LARGE 4         /* limits: assumed maximum of a rare event where the error is no count */
 
 #define SAME 1e-12      /* relative: costs that are equal */
-#define PRIOR 1         /* weight of the assumption that all seeds agree, in settings */
 #define PRIOR_FREEDOM 3 /* degrees of freedom that the scatter of all settings has in the variance of one */
 
 enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
@@ -226,6 +225,18 @@ int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t)
     return found;
 }
 
+int ll_advise_least_error(const ll_advise_search *s)
+{
+    int found = -1;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (t->runs > 0 && t->failed == 0 &&
+            (found < 0 || t->own[ERROR].mean < s->trials[found].own[ERROR].mean))
+            found = p;
+    }
+    return found;
+}
+
 static bool have_equal_results(const ll_values *a, const ll_values *b)
 {
     for (int64_t k = 0; k < shared(a, b); k++)
@@ -241,21 +252,6 @@ bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b)
     return varies && n > 1 && fresh >= FRESH_LEAST && n + fresh >= TWIN_LEAST &&
            have_equal_results(&a->own_values, &b->own_values) &&
            have_equal_results(&a->fresh_values, &b->fresh_values);
-}
-
-double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
-{
-    int64_t repeats = s->experiment->head.repeats;
-    double sum = 0, n = PRIOR;
-    for (int p = 0; p < s->points && t->runs > 0 && t->runs < repeats; p++) {
-        const ll_trial *other = &s->trials[p];
-        double all = other->own[output].mean, first;
-        if (other->runs == repeats && all > 0 && (first = mean_of(&other->own_values, t->runs, output)) > 0) {
-            sum += ll_detmath_log(all / first);
-            n++;
-        }
-    }
-    return sum / n;
 }
 
 static bool same(const ll_sums *a, const ll_sums *b)
