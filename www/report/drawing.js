@@ -277,7 +277,8 @@ function ring(g, x, y, r, colour) {
   g.stroke();
 }
 
-const shapeOf = (colouring, k) => (colouring.scale ? 0 : k % 4);
+/** Colour and shape together are of one series among 32. */
+const shapeOf = (colouring, k) => (colouring.scale ? 0 : (k + Math.floor(k / COLOURS)) % 4);
 
 /** @param {any} colouring @param {any} dimension what has the colours */
 function legend(colouring, dimension) {

@@ -84,10 +84,7 @@ const RUN_DIGITS = { 3: 4, 4: 6, 5: 8 };
 function about() {
   const parts = [],
     points = head.points;
-  if (count < points)
-    parts.push(
-      `${counted(count)} of ${counted(points)} points are in this page${count < points ? ', or have been run: a random sample' : ''}.`,
-    );
+  if (count < points) parts.push(`${counted(count)} of ${counted(points)} points are in this page, or have been run: a random sample.`);
   else parts.push(`All ${counted(points)} points are in this page.`);
   parts.push(
     head.planes === 8

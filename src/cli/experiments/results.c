@@ -103,8 +103,8 @@ static ll_status write_report(const ll_results *r, const ll_experiment *e, const
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s", r->report);
     rows->seek(rows->context, 0);
-    ll_status status = ll_report_write_for(e, rows->version, r->points || r->sensitivity ? NULL : r->out,
-                                           rows->next, rows->context, file);
+    ll_status status = ll_report_write(e, rows->version, r->points || r->sensitivity ? NULL : r->out,
+                                       rows->next, rows->context, file);
     if (fclose(file) != 0 && !ll_failed(&status))
         status = ll_error(LL_IO, "cannot write %.200s", r->report);
     return status;

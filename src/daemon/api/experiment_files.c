@@ -251,7 +251,7 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
         ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record.id);
         FILE *file = ll_failed(&status) ? NULL : ll_answer_open(&answer, &status);
         if (file)
-            status = ll_report_write(e, record.version, next_row, &a, file);
+            status = ll_report_write(e, record.version, NULL, next_row, &a, file);
         ll_answer_send(request, response, &answer, &status, file);
         ll_stored_rows_close(&a.rows);
     }

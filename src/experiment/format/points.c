@@ -83,7 +83,7 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
     const ll_table *t = table ? ll_result_table_get(table) : NULL;
     while (!ll_failed(&status) && t->next(t->context, cells, &status))
         if (points->count == most || !is_held(e, (int64_t)cells[0].number, most))
-            points->left_out++;
+            continue;
         else
             status = take(e, table, cells, &points->points[points->count++]);
     if (table) {

@@ -14,9 +14,8 @@ typedef struct ll_point {
 } ll_point;
 
 typedef struct ll_points {
-    ll_point *points; /* ascending */
-    int count;
-    int64_t left_out;      /* points beyond LL_POINTS_CELLS_MAX; the others are a random sample */
+    ll_point *points;      /* ascending */
+    int count;             /* beyond LL_POINTS_CELLS_MAX they are a random sample */
     int64_t identical;     /* number of points whose repeats gave the same */
     struct cJSON *notices; /* ll_result_table_notices */
     double *numbers;       /* memory of the points' places and sizes */

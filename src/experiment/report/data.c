@@ -386,7 +386,6 @@ static void make_head(data *d, const char *version)
     cJSON_AddNumberToObject(d->head, "points", (double)e->points);
     cJSON_AddNumberToObject(d->head, "runs", (double)e->runs);
     cJSON_AddBoolToObject(d->head, "grid", e->head.sample.method == LL_SAMPLE_NONE);
-    cJSON_AddBoolToObject(d->head, "no_differences", d->differences->none);
     add_metrics(e, d->head);
     add_dimensions(e, d->head);
     d->texts = cJSON_AddArrayToObject(d->head, "texts");

@@ -76,10 +76,8 @@ static ll_status add_details(maker *m, ll_difference *d)
 {
     int64_t work = d->settings * m->rows->experiment->head.repeats;
     if (m->details + d->settings > LL_DIFFERENCE_DETAILS_MAX ||
-        m->resampled + work > LL_DIFFERENCE_RESAMPLED_MAX) {
-        m->to->left_out++;
+        m->resampled + work > LL_DIFFERENCE_RESAMPLED_MAX)
         return ll_ok();
-    }
     m->details += d->settings;
     d->details = malloc((size_t)d->settings * sizeof *d->details);
     if (!d->details)
@@ -121,8 +119,9 @@ ll_status ll_differences_make(const ll_report_rows *rows, ll_differences *to)
     size_t repeats = (size_t)e->head.repeats, count = 0;
     maker m = {.rows = rows, .to = to};
     ll_status status = ll_ok();
-    *to = (ll_differences){.none = e->head.sample.method != LL_SAMPLE_NONE || rows->kept < e->head.repeats};
-    for (int d = 0; d < e->dimension_count && !to->none; d++)
+    bool none = e->head.sample.method != LL_SAMPLE_NONE || rows->kept < e->head.repeats;
+    *to = (ll_differences){0};
+    for (int d = 0; d < e->dimension_count && !none; d++)
         count += (size_t)count_of(e, d);
     if (count == 0)
         return ll_ok();

@@ -20,9 +20,7 @@ typedef struct ll_difference {
 
 typedef struct ll_differences {
     ll_difference *list;
-    int count;
-    int left_out; /* comparisons without details */
-    bool none;    /* no comparisons: the points are no grid, or its rows are too many */
+    int count; /* 0: the points are no grid, or its rows are too many */
 } ll_differences;
 
 ll_status ll_differences_make(const ll_report_rows *rows, ll_differences *differences);

@@ -136,8 +136,8 @@ static ll_status write_page(const ll_report_rows *rows, const char *version, con
                                                : ll_ok();
 }
 
-ll_status ll_report_write_for(const ll_experiment *e, const char *version, const char *results,
-                              ll_row_source *source, void *context, FILE *file)
+ll_status ll_report_write(const ll_experiment *e, const char *version, const char *results,
+                          ll_row_source *source, void *context, FILE *file)
 {
     ll_points points = {0};
     ll_report_rows rows;
@@ -151,10 +151,4 @@ ll_status ll_report_write_for(const ll_experiment *e, const char *version, const
     }
     ll_report_rows_close(&rows);
     return status;
-}
-
-ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
-                          FILE *file)
-{
-    return ll_report_write_for(e, version, NULL, source, context, file);
 }

@@ -10,7 +10,5 @@ enum { LL_REPORT_BYTES_MAX = 2000000 };
 
 /* `version`: version of laglab that made the rows. `results`: the file that has them all; NULL: none is
  * known. */
-ll_status ll_report_write_for(const ll_experiment *experiment, const char *version, const char *results,
-                              ll_row_source *source, void *context, FILE *file);
-ll_status ll_report_write(const ll_experiment *experiment, const char *version, ll_row_source *source,
-                          void *context, FILE *file);
+ll_status ll_report_write(const ll_experiment *experiment, const char *version, const char *results,
+                          ll_row_source *source, void *context, FILE *file);
