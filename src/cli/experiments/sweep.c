@@ -34,8 +34,10 @@ typedef struct sweep {
 /* Runs the first run to estimate the time of all. */
 static ll_status dry_run(const sweep *s)
 {
-    double run_s;
-    LL_TRY(ll_experiment_time(s->experiment, s->from, &run_s));
+    ll_row row;
+    int64_t begun = ll_thread_cpu_ns();
+    LL_TRY(ll_experiment_run(s->experiment, s->from, NULL, NULL, &row));
+    double run_s = (double)(ll_thread_cpu_ns() - begun) * 1e-9;
     printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
            ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
            s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,

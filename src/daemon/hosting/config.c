@@ -52,7 +52,7 @@ static const ll_param rows[] = {
      .help =
          "Maximum log size of all sessions that one address created since the daemon's start. 0: no limit."},
     {ROW(max_results_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .default_value = 8192, .unit = "MiB",
-     .help = "Maximum size of all results in an SQLite store; experiments that would exceed it are refused "
+     .help = "Maximum size of all results of experiments; one that would exceed it is refused "
              "with 507. 0: no limit."},
     {ROW(job_cpu_s, LL_PARAM_REAL), .min = 0.01, .max = 1e6, .default_value = 600, .unit = "s",
      .help = "Maximum processor time of one search for advice."},

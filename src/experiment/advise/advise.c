@@ -9,7 +9,7 @@
 #include "base/detmath.h"
 #include "base/rng.h"
 
-#define MORE_RUNS 40        /* beside one of each point: to verify, and to settle equal costs */
+#define MORE_RUNS 40        /* and one of each point: to verify, and to settle equal costs */
 #define EQUAL_LOG 1e-12     /* smaller differences of costs and errors count as zero */
 #define CLOSE 0.01          /* relative saving that is worth runs, where costs differ by seed */
 #define SURE_DEVIATIONS 2.5 /* standard deviations by which the mean of such differences may be off */

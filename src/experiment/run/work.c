@@ -67,15 +67,6 @@ int64_t ll_experiment_chunk(const ll_experiment *experiment, int64_t runs)
     return ll_until_is_set(experiment) ? share(chunk, repeats) * repeats : chunk;
 }
 
-ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s)
-{
-    ll_row row;
-    int64_t from = ll_thread_cpu_ns();
-    ll_status status = ll_experiment_run(experiment, run, NULL, NULL, &row);
-    *run_s = (double)(ll_thread_cpu_ns() - from) * 1e-9;
-    return status;
-}
-
 /* Returns the length of the id without its version, which is the same for all versions. */
 static int name_experiment(const ll_experiment *experiment, int64_t from, int64_t to,
                            char id[LL_EXPERIMENT_ID_MAX + 1])

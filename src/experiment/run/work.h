@@ -12,9 +12,6 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
 ll_status ll_experiment_check_version(ll_result_store *store, const ll_experiment *experiment, int64_t from,
                                       int64_t to);
 
-/* Runs a run and measures its processor time, s. */
-ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s);
-
 typedef struct ll_workers ll_workers;
 
 typedef struct ll_workers_config {
