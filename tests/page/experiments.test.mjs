@@ -472,7 +472,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const same = (await api(daemon.url, 'experiments', order)).body;
   await until(async () => (await api(daemon.url, `experiments/${same.id}`)).body.state === 'done', 'the same by the line');
   assert.deepEqual((await api(daemon.url, `experiments/${same.id}/results?points=true&format=json`)).body, rows);
-  await settles(() => page.locator('.files a').count(), 12);
+  await settles(() => page.locator('.files a').count(), 9);
   const links = await page.locator('.files a').evaluateAll((all) => all.map((a) => /** @type {HTMLAnchorElement} */ (a).href));
   for (const link of links) assert.equal((await fetch(link)).status, 200, link);
 
