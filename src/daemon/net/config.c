@@ -31,9 +31,6 @@ static const ll_param rows[] = {
     REAL(request_cpu_s, 0.01, 86400, 20, "s",
          "Processor time of one request; beyond it the answer is 503 with the progress so far."),
     COUNT(stream_threads, 1, 16, 1, NULL, "Threads that send frames; a session's viewers share one."),
-    COUNT(io_uring, 0, 1, 1, NULL,
-          "1: sends to many viewers by one system call, where the kernel has io_uring and allows it; 0: "
-          "never."),
     COUNT(max_connections, 16, 30000, 4096, NULL, "Concurrent connections of every kind; more get a 503."),
     COUNT(max_connections_per_ip, 4, 30000, 2048, NULL,
           "Concurrent connections of one address; more get a 429."),

@@ -16,7 +16,6 @@ typedef struct ll_web_server_config {
     int64_t control_threads;  /* that run handlers of LL_HTTP_POOL */
     double request_cpu_s;     /* processor time of one request */
     int64_t stream_threads;   /* that send frames */
-    int64_t io_uring;         /* 1: for many sends at once, where the kernel allows it */
     int64_t max_connections;
     int64_t max_connections_per_ip;
     int64_t max_viewers; /* of one session */

@@ -303,9 +303,8 @@ static bool repeat(ws_viewer *viewer, const ll_frame *frame, const ll_frame_deli
     const ws_thread *thread = viewer->thread;
     const ws_repeated *last = &thread->repeated;
     bool same = last->frame == frame && last->sent == thread->queue.sent && last->channels == to->channels &&
-                last->jump == to->jump && last->format == to->format &&
-                thread->queue.count < LL_SOCKET_CALLS_MAX && !viewer->output.queued &&
-                memcmp(&last->state, to->state, sizeof last->state) == 0;
+                last->jump == to->jump && last->format == to->format && thread->queue.count < WS_QUEUE_MAX &&
+                !viewer->output.queued && memcmp(&last->state, to->state, sizeof last->state) == 0;
     if (same) {
         ll_ws_socket_repeat(viewer, last->entry);
     }

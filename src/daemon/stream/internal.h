@@ -1,7 +1,7 @@
-/* Shared by the files of this room, lower ones first: socket_calls.c (many sends or receives at once),
- * command_queue.c, registry.c (any thread), patience.c (when a socket is read), output.c and socket.c (bytes
- * of a viewer, out and in), messages.c (messages to a viewer), frames.c (frames for a viewer), viewer.c (life
- * of a viewer), thread.c (the loop) and ws.c (any thread). Not for other rooms. */
+/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), patience.c
+ * (when a socket is read), output.c and socket.c (bytes of a viewer, out and in), messages.c (messages to a
+ * viewer), frames.c (frames for a viewer), viewer.c (life of a viewer), thread.c (the loop) and ws.c (any
+ * thread). Not for other rooms. */
 #pragma once
 
 #include <pthread.h>
@@ -12,7 +12,6 @@
 #include "daemon/net/framing.h"
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/pace.h"
-#include "daemon/stream/socket_calls.h"
 #include "daemon/stream/ws.h"
 #include "threads/clock.h"
 
@@ -21,8 +20,9 @@
 #define WS_PATIENT_MOST 2  /* frames in flight to a viewer whose acknowledgements are read two at a time */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
-#define WS_BUCKETS 4096 /* of the registry */
-#define WS_INPUT 1024   /* bytes read of one viewer among others; then those of a longer message */
+#define WS_BUCKETS 4096              /* of the registry */
+#define WS_INPUT (64 * 1024)         /* bytes read of a viewer in one turn; the rest in the next */
+#define WS_QUEUE_MAX 64              /* viewers that a thread's queued output is for */
 #define WS_QUEUED_BYTES (256 * 1024) /* of a thread's queued output; a longer frame is sent at once */
 
 /* A command to a stream's thread, or a text message to a viewer: everything that other threads hand over
@@ -185,9 +185,8 @@ struct ws_viewer {
 
 /* Output of one turn: sent together (output.c). */
 typedef struct ws_queue {
-    ll_socket_calls *calls;
-    ws_viewer *viewer[LL_SOCKET_CALLS_MAX];
-    size_t at[LL_SOCKET_CALLS_MAX], size[LL_SOCKET_CALLS_MAX]; /* of `bytes` */
+    ws_viewer *viewer[WS_QUEUE_MAX];
+    size_t at[WS_QUEUE_MAX], size[WS_QUEUE_MAX]; /* of `bytes` */
     int count;
     ll_buffer bytes;
     uint64_t sent; /* counts the times that it was sent */
@@ -228,7 +227,7 @@ struct ws_thread {
     uint64_t serial;
     int sockets;
     ws_viewer *first_dead;
-    unsigned char *input; /* LL_SOCKET_CALLS_MAX times WS_INPUT bytes */
+    unsigned char *input; /* WS_INPUT bytes */
     ws_queue queue;
     ws_repeated repeated;
     int64_t now_ns;    /* read once per turn */
@@ -284,9 +283,7 @@ void ll_ws_patience_sweep(ws_viewer *viewer);
 
 /* socket.c: all on the viewer's thread. */
 bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */
-/* `received`: bytes in `bytes`, at most WS_INPUT; 0: the end; negative: -errno. Without EPOLLIN unused. */
-void ll_ws_socket_event(ws_viewer *viewer, uint32_t events, unsigned char *bytes, long received);
-void ll_ws_socket_read_more(ws_viewer *viewer); /* after WS_INPUT bytes: into the thread's whole input */
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events);
 void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size);  /* handles received bytes */
 void ll_ws_socket_ping(ws_viewer *viewer);                                     /* measures the round trip */
 void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */

@@ -1,4 +1,4 @@
-/* Bytes to viewers. What a turn writes is queued and sent by one call for many sockets. */
+/* Bytes to viewers. What a turn writes is queued, once where several get the same, and sent at its end. */
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,19 +103,14 @@ void ll_ws_socket_flush(ws_viewer *viewer)
 void ll_ws_queue_send(ws_thread *thread)
 {
     ws_queue *queue = &thread->queue;
-    ll_socket_call call[LL_SOCKET_CALLS_MAX];
     if (queue->count == 0) {
         return;
     }
     for (int i = 0; i < queue->count; i++) {
-        call[i] = (ll_socket_call){.fd = queue->viewer[i]->socket.fd,
-                                   .bytes = queue->bytes.bytes + queue->at[i],
-                                   .size = queue->size[i]};
-    }
-    ll_socket_calls_make(queue->calls, call, queue->count);
-    for (int i = 0; i < queue->count; i++) {
-        queue->viewer[i]->output.queued = false;
-        note_result(queue->viewer[i], call[i].bytes, call[i].size, call[i].result);
+        ws_viewer *viewer = queue->viewer[i];
+        const unsigned char *bytes = (const unsigned char *)queue->bytes.bytes + queue->at[i];
+        viewer->output.queued = false;
+        note_result(viewer, bytes, queue->size[i], send_now(viewer, bytes, queue->size[i]));
     }
     queue->count = 0;
     queue->bytes.size = 0;
@@ -133,7 +128,7 @@ bool ll_ws_socket_full(ws_viewer *viewer)
 static void enqueue(ws_viewer *viewer, size_t at, size_t size)
 {
     ws_queue *queue = &viewer->thread->queue;
-    LL_ASSERT(!viewer->output.queued && queue->count < LL_SOCKET_CALLS_MAX && at + size <= queue->bytes.size);
+    LL_ASSERT(!viewer->output.queued && queue->count < WS_QUEUE_MAX && at + size <= queue->bytes.size);
     queue->viewer[queue->count] = viewer;
     queue->at[queue->count] = at;
     queue->size[queue->count] = size;
@@ -148,7 +143,7 @@ void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t
         note_result(viewer, bytes, size, -EAGAIN);
         return;
     }
-    if (queue->count == LL_SOCKET_CALLS_MAX || queue->bytes.size + size > WS_QUEUED_BYTES) {
+    if (queue->count == WS_QUEUE_MAX || queue->bytes.size + size > WS_QUEUED_BYTES) {
         ll_ws_queue_send(viewer->thread);
     }
     char *to = size <= WS_QUEUED_BYTES ? ll_buffer_grow(&queue->bytes, size) : NULL;

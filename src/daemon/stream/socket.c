@@ -92,28 +92,24 @@ void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size)
     }
 }
 
-static void take_result(ws_viewer *viewer, unsigned char *bytes, long received)
+static void read_input(ws_viewer *viewer)
 {
-    if (received > 0) {
-        ll_ws_socket_take(viewer, bytes, (size_t)received);
-    } else if (received == 0 || (received != -EAGAIN && received != -EWOULDBLOCK && received != -EINTR)) {
+    unsigned char *input = viewer->thread->input;
+    ssize_t size;
+    do {
+        size = recv(viewer->socket.fd, input, WS_INPUT, MSG_DONTWAIT);
+    } while (size < 0 && errno == EINTR);
+    if (size > 0) {
+        ll_ws_socket_take(viewer, input, (size_t)size);
+    } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) {
         ll_ws_socket_fail(viewer);
     }
 }
 
-void ll_ws_socket_read_more(ws_viewer *viewer)
-{
-    unsigned char *input = viewer->thread->input;
-    if (!viewer->dead) {
-        ssize_t size = recv(viewer->socket.fd, input, LL_SOCKET_CALLS_MAX * WS_INPUT, MSG_DONTWAIT);
-        take_result(viewer, input, size < 0 ? -(long)errno : (long)size);
-    }
-}
-
-void ll_ws_socket_event(ws_viewer *viewer, uint32_t events, unsigned char *bytes, long received)
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
 {
     if (!viewer->dead && (events & ~(uint32_t)EPOLLOUT) != 0) {
-        take_result(viewer, bytes, received);
+        read_input(viewer);
     }
     if (!viewer->dead && (events & EPOLLOUT) != 0) {
         ll_ws_socket_flush(viewer);

@@ -101,9 +101,8 @@ bool ll_ws_thread_prepare(ws_thread *thread)
 {
     struct epoll_event interest = {.events = EPOLLIN, .data.ptr = NULL};
     thread->epoll = epoll_create1(EPOLL_CLOEXEC);
-    thread->input = malloc(LL_SOCKET_CALLS_MAX * WS_INPUT);
-    thread->queue.calls = ll_socket_calls_new(thread->ws->config.io_uring == 1);
-    return thread->epoll >= 0 && thread->input != NULL && thread->queue.calls != NULL &&
+    thread->input = malloc(WS_INPUT);
+    return thread->epoll >= 0 && thread->input != NULL &&
            epoll_ctl(thread->epoll, EPOLL_CTL_ADD, thread->event_fd, &interest) == 0;
 }
 
@@ -224,44 +223,6 @@ static void wait_until(ws_thread *thread, int64_t until_ns)
     clear_wake(thread);
 }
 
-/* Reads from all sockets that have something, then handles it. Of a viewer that sends more than others the
- * rest is read last. */
-static void serve_some(ws_thread *thread, const struct epoll_event *events, int count)
-{
-    ll_socket_call call[LL_SOCKET_CALLS_MAX];
-    int reads = 0, next = 0;
-    for (int i = 0; i < count; i++) {
-        const ws_viewer *viewer = events[i].data.ptr;
-        if (viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0) {
-            call[reads] = (ll_socket_call){.fd = viewer->socket.fd,
-                                           .receives = true,
-                                           .bytes = thread->input + (size_t)reads * WS_INPUT,
-                                           .size = WS_INPUT};
-            reads++;
-        }
-    }
-    ll_socket_calls_make(thread->queue.calls, call, reads);
-    thread->now_ns = ll_now_ns(); /* the wait may have been long, and acks are timed by it */
-    for (int i = 0; i < count; i++) {
-        ws_viewer *viewer = events[i].data.ptr;
-        bool reading = viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0;
-        if (viewer != NULL) {
-            ll_ws_socket_event(viewer, events[i].events, reading ? call[next].bytes : NULL,
-                               reading ? call[next].result : 0);
-        } else {
-            clear_wake(thread);
-        }
-        next += reading;
-    }
-    for (int i = next = 0; i < count; i++) {
-        ws_viewer *viewer = events[i].data.ptr;
-        if (viewer != NULL && (events[i].events & ~(uint32_t)EPOLLOUT) != 0 &&
-            call[next++].result == WS_INPUT) {
-            ll_ws_socket_read_more(viewer);
-        }
-    }
-}
-
 /* Handles socket events. `wait_ns`: longest wait for the first. */
 static void serve_sockets(ws_thread *thread, int64_t wait_ns)
 {
@@ -269,8 +230,14 @@ static void serve_sockets(ws_thread *thread, int64_t wait_ns)
     int wait_ms = wait_ns < 0 ? -1 : (int)((wait_ns + 999999) / 1000000);
     int count = epoll_wait(thread->epoll, events, EVENTS, wait_ms);
     thread->now_ns = ll_now_ns();
-    for (int i = 0; i < count; i += LL_SOCKET_CALLS_MAX) {
-        serve_some(thread, events + i, count - i < LL_SOCKET_CALLS_MAX ? count - i : LL_SOCKET_CALLS_MAX);
+    for (int i = 0; i < count; i++) {
+        ws_viewer *viewer = events[i].data.ptr;
+        if (viewer != NULL) {
+            ll_ws_socket_event(viewer, events[i].events);
+            thread->now_ns = ll_now_ns(); /* acks are timed by it */
+        } else {
+            clear_wake(thread);
+        }
     }
 }
 
