@@ -124,6 +124,7 @@ static void count_hits(const judged *j, ll_volume volume, ll_volume_record *reco
         bool hit = j->hit[volume][i], exact = j->hit[LL_VOLUME_EXACT][i];
         record->tests++;
         record->hits += hit;
+        record->exact_hits += exact;
         record->missed_hits += !hit && exact;
         if (!hit || exact)
             continue;

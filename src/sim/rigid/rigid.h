@@ -84,7 +84,7 @@ extern const ll_param_table ll_rigid_scenario_table;
 
 /* Results of a bounding volume on the pairs of shapes, over all compared steps. */
 typedef struct ll_volume_record {
-    int64_t tests, hits;
+    int64_t tests, hits, exact_hits; /* the last is of the hash of a state */
     int64_t false_hits, missed_hits;
     double gap_sum, gap_max; /* m, distance of the shapes at false hits */
 } ll_volume_record;
