@@ -23,12 +23,25 @@ static bool read_tick(const cJSON *o, int64_t *tick)
     return true;
 }
 
+/* Logs of 0.2.0 have two members that scenarios lost since. Without effect, they are left out; a session that
+ * had spectators, or its server on a player's machine, has no replay. */
+static void leave_out_gone(cJSON *scenario)
+{
+    const cJSON *hosting = cJSON_GetObjectItemCaseSensitive(scenario, "hosting");
+    const cJSON *spectators = cJSON_GetObjectItemCaseSensitive(scenario, "spectators");
+    if (cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(hosting, "by_player")))
+        cJSON_DeleteItemFromObjectCaseSensitive(scenario, "hosting");
+    if (cJSON_IsArray(spectators) && cJSON_GetArraySize(spectators) == 0)
+        cJSON_DeleteItemFromObjectCaseSensitive(scenario, "spectators");
+}
+
 static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *on_line, void *context)
 {
     const cJSON *format = cJSON_GetObjectItemCaseSensitive(o, "laglab_log");
     if (!cJSON_IsNumber(format) || format->valueint != LL_LOG_FORMAT)
         return bad_line(1, "not the header of a laglab log of format 1");
     ll_scenario scenario = {0};
+    leave_out_gone(cJSON_GetObjectItemCaseSensitive(o, "scenario"));
     LL_TRY(ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario));
     ll_status status = ll_session_new(&scenario, scenario.config, on_line, context, session);
     const cJSON *version = cJSON_GetObjectItemCaseSensitive(o, "version");
@@ -65,6 +78,7 @@ static bool same_shape(const ll_session *s, const ll_scenario *other)
 static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
 {
     ll_scenario scenario = {0};
+    leave_out_gone(cJSON_GetObjectItemCaseSensitive(o, "scenario"));
     ll_status status = ll_scenario_parse_running(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (!ll_failed(&status) && !same_shape(s, &scenario))
         status = bad_line(number, "restart of another scenario");

@@ -282,6 +282,31 @@ test('trace is CSV with units in its header and a row for each tick', () => {
 
 // ---- log and replay ----
 
+test('a log of 0.2.0 replays: what scenarios lost since is left out where it had no effect', () => {
+  const file = path.join(folder, 'lost.log');
+  good(['run', 'rollback', '--duration', '1.5', '--seed', '7', '--log', file]);
+  const text = readFileSync(file, 'utf8'),
+    hosting = {
+      by_player: false,
+      host: 0,
+      leaves_s: 0,
+      every_s: 0,
+      leaving: 'silent',
+      election: 'lowest_index',
+      patience_s: 2,
+      meanwhile: 'pause',
+    };
+  /** @param {object} members */
+  const older = (members) => {
+    const [first, ...rest] = text.split('\n');
+    const line = JSON.parse(first);
+    return [JSON.stringify({ ...line, scenario: { ...line.scenario, ...members } }), ...rest].join('\n');
+  };
+  assert.deepEqual(good(['replay', '-'], older({ spectators: [], hosting })), good(['replay', file]));
+  refused(['replay', '-'], ['hosting'], older({ hosting: { ...hosting, by_player: true } }));
+  refused(['replay', '-'], ['spectators'], older({ spectators: [{ lag_ms: 40 }] }));
+});
+
 test('a log replays to the same hashes', () => {
   for (const id of ids()) {
     const file = path.join(folder, 'run.log');
