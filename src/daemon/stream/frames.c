@@ -282,9 +282,6 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     int i = viewer->flow.outstanding_count++;
     viewer->flow.outstanding[i].seq = frame->seq;
     viewer->flow.outstanding[i].sent_ns = viewer->thread->now_ns;
-    if (viewer->flow.patient != 0 && viewer->flow.outstanding_count > WS_PATIENT_MOST) { /* it is missed */
-        ll_ws_patience_ends(viewer);
-    }
 }
 
 /* Whether the frame has anything for the viewer: a due channel with a change. */
@@ -296,53 +293,34 @@ static bool has_changes(const ws_viewer *viewer, const ll_frame *frame, uint16_t
             (channels & ~viewer->frames.has) != 0 || ll_frame_news(frame, &viewer->frames.state, channels));
 }
 
-/* Whether the bytes that were queued last for this frame are those that the viewer gets; queues them again.
- * The last entry of a queue that is full is sent with it, so that there is nothing to repeat then. */
-static bool repeat(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to)
+/* Whether the bytes that were written last are those that the viewer gets, too. */
+static bool is_repeated(const ws_repeated *last, const ll_frame *frame, const ll_frame_delivery *to)
 {
-    const ws_thread *thread = viewer->thread;
-    const ws_repeated *last = &thread->repeated;
-    bool same = last->frame == frame && last->sent == thread->queue.sent && last->channels == to->channels &&
-                last->jump == to->jump && last->format == to->format && thread->queue.count < WS_QUEUE_MAX &&
-                !viewer->output.queued && memcmp(&last->state, to->state, sizeof last->state) == 0;
-    if (same) {
-        ll_ws_socket_repeat(viewer, last->entry);
-    }
-    return same;
+    return last->frame == frame && last->channels == to->channels && last->jump == to->jump &&
+           last->format == to->format && memcmp(&last->state, to->state, sizeof last->state) == 0;
 }
 
-static void note_queued(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to, size_t size)
-{
-    ws_thread *thread = viewer->thread;
-    thread->repeated = (ws_repeated){.frame = viewer->output.queued ? frame : NULL,
-                                     .state = *to->state,
-                                     .channels = to->channels,
-                                     .jump = to->jump,
-                                     .format = to->format,
-                                     .sent = thread->queue.sent,
-                                     .entry = thread->queue.count - 1,
-                                     .size = size};
-}
-
-/* Writes the frame, or queues the same bytes as for the viewer before. Returns their number; 0: failed. */
+/* Returns the number of bytes; 0: failed. */
 static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_frame_delivery *to)
 {
     ll_buffer *message = &viewer->thread->message;
-    if (to->shared && repeat(viewer, frame, to)) {
-        return viewer->thread->repeated.size;
-    }
-    message->size = 0;
-    message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
-    ll_frame_write(frame, to, message);
-    if (message->failed) {
-        return 0;
+    ws_repeated *last = &viewer->thread->repeated;
+    if (!to->shared || !is_repeated(last, frame, to)) {
+        message->size = 0;
+        message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
+        ll_frame_write(frame, to, message);
+        *last = (ws_repeated){.frame = message->failed ? NULL : frame,
+                              .state = *to->state,
+                              .channels = to->channels,
+                              .jump = to->jump,
+                              .format = to->format};
+        if (message->failed) {
+            return 0;
+        }
     }
     size_t size = message->size - LL_FRAMING_HEAD_SPACE;
     ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
                        to->format == LL_FRAME_JSON ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
-    if (to->shared) {
-        note_queued(viewer, frame, to, size);
-    }
     return viewer->dead ? 0 : size;
 }
 

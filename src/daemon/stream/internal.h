@@ -1,7 +1,6 @@
-/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), patience.c
- * (when a socket is read), output.c and socket.c (bytes of a viewer, out and in), messages.c (messages to a
- * viewer), frames.c (frames for a viewer), viewer.c (life of a viewer), thread.c (the loop) and ws.c (any
- * thread). Not for other rooms. */
+/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), output.c
+ * and socket.c (bytes of a viewer, out and in), messages.c (messages to a viewer), frames.c (frames for a
+ * viewer), viewer.c (life of a viewer), thread.c (the loop) and ws.c (any thread). Not for other rooms. */
 #pragma once
 
 #include <pthread.h>
@@ -17,13 +16,10 @@
 
 #define WS_PENDING 4       /* publications that wait for a stream's thread */
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
-#define WS_PATIENT_MOST 2  /* frames in flight to a viewer whose acknowledgements are read two at a time */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
-#define WS_BUCKETS 4096              /* of the registry */
-#define WS_INPUT (64 * 1024)         /* bytes read of a viewer in one turn; the rest in the next */
-#define WS_QUEUE_MAX 64              /* viewers that a thread's queued output is for */
-#define WS_QUEUED_BYTES (256 * 1024) /* of a thread's queued output; a longer frame is sent at once */
+#define WS_BUCKETS 4096      /* of the registry */
+#define WS_INPUT (64 * 1024) /* bytes read of a viewer in one turn; the rest in the next */
 
 /* A command to a stream's thread, or a text message to a viewer: everything that other threads hand over
  * except publications. */
@@ -123,10 +119,6 @@ typedef struct ws_viewer_flow {
     uint32_t acked_seq; /* the frame that it was for */
     int64_t delay_ns;   /* delay of acknowledgements without queueing: a slowly rising minimum */
     ll_ws_pace pace;    /* a slow viewer gets every n-th of its frames */
-    int acks;           /* in a row, without another message between */
-    int64_t acks_since_ns;
-    size_t patient; /* its socket is read when more bytes than these have come, those of one acknowledgement:
-                       see patience.c; 0: at once */
 } ws_viewer_flow;
 
 /* Text messages, both ways. */
@@ -153,7 +145,6 @@ typedef struct ws_viewer_closing {
 typedef struct ws_viewer_output {
     unsigned char *unsent; /* the socket was full */
     size_t at, end, capacity;
-    bool queued;                                /* in its thread's queue */
     unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* payload of the last ping, to be sent back */
     int pong_size;
     bool pong_wanted;
@@ -183,25 +174,13 @@ struct ws_viewer {
     bool dead;           /* freed at the end of the turn */
 };
 
-/* Output of one turn: sent together (output.c). */
-typedef struct ws_queue {
-    ws_viewer *viewer[WS_QUEUE_MAX];
-    size_t at[WS_QUEUE_MAX], size[WS_QUEUE_MAX]; /* of `bytes` */
-    int count;
-    ll_buffer bytes;
-    uint64_t sent; /* counts the times that it was sent */
-} ws_queue;
-
-/* The frame that was queued last, for viewers that get the same bytes; during a distribution only. */
+/* The frame that was written last, for viewers that get the same bytes; during a distribution only. */
 typedef struct ws_repeated {
     const ll_frame *frame; /* NULL: none */
     ll_frame_state state;  /* what the viewer had: compared, not owned */
     uint16_t channels;
     bool jump;
     ll_frame_format format;
-    uint64_t sent; /* as the queue's when it was queued */
-    int entry;     /* of the queue */
-    size_t size;
 } ws_repeated;
 
 typedef struct ws_counts {
@@ -228,10 +207,9 @@ struct ws_thread {
     int sockets;
     ws_viewer *first_dead;
     unsigned char *input; /* WS_INPUT bytes */
-    ws_queue queue;
     ws_repeated repeated;
     int64_t now_ns;    /* read once per turn */
-    ll_buffer message; /* being written */
+    ll_buffer message; /* the frame that was written last, behind LL_FRAMING_HEAD_SPACE bytes */
     ws_counts counts;
 };
 
@@ -260,26 +238,16 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
 void ll_ws_stream_free(ll_ws_stream *stream);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* without references; calls `released` */
 
-/* output.c: all on the viewer's thread. A failing socket marks its viewer as dead.
- *
- * What is written is queued until the end of the turn, or until one of these functions needs to know how its
- * socket took it. Bytes that the socket does not accept are kept. */
+/* output.c: all on the viewer's thread. A failing socket marks its viewer as dead. Bytes that it does not
+ * accept are kept. */
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size,
                         ll_opcode opcode); /* LL_FRAMING_HEAD_SPACE bytes before `payload` are writable */
-void ll_ws_socket_repeat(ws_viewer *viewer, int entry); /* queues the bytes of that entry for it too */
-void ll_ws_queue_send(ws_thread *thread);
-bool ll_ws_socket_full(ws_viewer *viewer);             /* bytes are kept: do not write */
+bool ll_ws_socket_full(const ws_viewer *viewer);       /* bytes are kept: do not write */
 void ll_ws_socket_request_writable(ws_viewer *viewer); /* calls its receiver's `writable` soon */
 void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t size); /* without a head */
 void ll_ws_socket_flush(ws_viewer *viewer);                                             /* sends kept bytes */
 void ll_ws_socket_set_epoll(ws_viewer *viewer, uint32_t events);
 void ll_ws_socket_fail(ws_viewer *viewer);
-
-/* patience.c: all on the viewer's thread. */
-void ll_ws_patience_grows(ws_viewer *viewer,
-                          size_t size);      /* after an acknowledgement, a message of that size */
-void ll_ws_patience_ends(ws_viewer *viewer); /* each message is read at once */
-void ll_ws_patience_sweep(ws_viewer *viewer);
 
 /* socket.c: all on the viewer's thread. */
 bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */

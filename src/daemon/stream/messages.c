@@ -63,7 +63,6 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     if (viewer->closing.code != 0 || viewer->dead) {
         return;
     }
-    ll_ws_patience_ends(viewer); /* its close frame is short */
     viewer->closing.code = code;
     snprintf(viewer->closing.reason, sizeof viewer->closing.reason, "%s", reason);
     cJSON *bye = cJSON_CreateObject();

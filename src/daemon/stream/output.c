@@ -1,11 +1,10 @@
-/* Bytes to viewers. What a turn writes is queued, once where several get the same, and sent at its end. */
+/* Bytes to viewers. */
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 
-#include "base/assert.h"
 #include "daemon/stream/internal.h"
 
 /* The caller may continue with the viewer: it is freed at the end of the turn. */
@@ -38,7 +37,7 @@ void ll_ws_socket_request_writable(ws_viewer *viewer)
 
 /* ---- kept bytes ---- */
 
-static bool has_kept(const ws_viewer *viewer)
+bool ll_ws_socket_full(const ws_viewer *viewer)
 {
     return viewer->output.at < viewer->output.end;
 }
@@ -56,18 +55,6 @@ static bool keep(ws_viewer *viewer, const unsigned char *bytes, size_t size)
     memcpy(viewer->output.unsent + viewer->output.end, bytes, size);
     viewer->output.end += size;
     return true;
-}
-
-/* What the socket did with bytes; `result` as of a call. */
-static void note_result(ws_viewer *viewer, const unsigned char *bytes, size_t size, long result)
-{
-    size_t sent = result > 0 ? (size_t)result : 0;
-    if ((result < 0 && result != -EAGAIN && result != -EWOULDBLOCK) ||
-        (sent < size && !keep(viewer, bytes + sent, size - sent))) {
-        ll_ws_socket_fail(viewer);
-    } else if (sent < size) {
-        ll_ws_socket_request_writable(viewer);
-    }
 }
 
 static long send_now(const ws_viewer *viewer, const unsigned char *bytes, size_t size)
@@ -91,69 +78,23 @@ void ll_ws_socket_flush(ws_viewer *viewer)
         return;
     }
     output->at += sent > 0 ? (size_t)sent : 0;
-    if (!has_kept(viewer)) { /* frees the space of large frames, which few viewers need */
+    if (!ll_ws_socket_full(viewer)) { /* frees the space of large frames, which few viewers need */
         free(output->unsent);
         output->unsent = NULL;
         output->at = output->end = output->capacity = 0;
     }
 }
 
-/* ---- the queue ---- */
-
-void ll_ws_queue_send(ws_thread *thread)
-{
-    ws_queue *queue = &thread->queue;
-    if (queue->count == 0) {
-        return;
-    }
-    for (int i = 0; i < queue->count; i++) {
-        ws_viewer *viewer = queue->viewer[i];
-        const unsigned char *bytes = (const unsigned char *)queue->bytes.bytes + queue->at[i];
-        viewer->output.queued = false;
-        note_result(viewer, bytes, queue->size[i], send_now(viewer, bytes, queue->size[i]));
-    }
-    queue->count = 0;
-    queue->bytes.size = 0;
-    queue->sent++;
-}
-
-bool ll_ws_socket_full(ws_viewer *viewer)
-{
-    if (viewer->output.queued) {
-        ll_ws_queue_send(viewer->thread);
-    }
-    return has_kept(viewer);
-}
-
-static void enqueue(ws_viewer *viewer, size_t at, size_t size)
-{
-    ws_queue *queue = &viewer->thread->queue;
-    LL_ASSERT(!viewer->output.queued && queue->count < WS_QUEUE_MAX && at + size <= queue->bytes.size);
-    queue->viewer[queue->count] = viewer;
-    queue->at[queue->count] = at;
-    queue->size[queue->count] = size;
-    queue->count++;
-    viewer->output.queued = true;
-}
-
 void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t size)
 {
-    ws_queue *queue = &viewer->thread->queue;
-    if (ll_ws_socket_full(viewer)) {
-        note_result(viewer, bytes, size, -EAGAIN);
-        return;
+    long result = ll_ws_socket_full(viewer) ? -EAGAIN : send_now(viewer, bytes, size);
+    size_t sent = result > 0 ? (size_t)result : 0;
+    if ((result < 0 && result != -EAGAIN && result != -EWOULDBLOCK) ||
+        (sent < size && !keep(viewer, bytes + sent, size - sent))) {
+        ll_ws_socket_fail(viewer);
+    } else if (sent < size) {
+        ll_ws_socket_request_writable(viewer);
     }
-    if (queue->count == WS_QUEUE_MAX || queue->bytes.size + size > WS_QUEUED_BYTES) {
-        ll_ws_queue_send(viewer->thread);
-    }
-    char *to = size <= WS_QUEUED_BYTES ? ll_buffer_grow(&queue->bytes, size) : NULL;
-    if (to == NULL) {
-        queue->bytes.failed = false;
-        note_result(viewer, bytes, size, send_now(viewer, bytes, size));
-        return;
-    }
-    memcpy(to, bytes, size);
-    enqueue(viewer, queue->bytes.size - size, size);
 }
 
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode)
@@ -162,11 +103,4 @@ void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, 
         size_t head = ll_framing_put_head(payload, size, opcode);
         ll_ws_socket_send_raw(viewer, payload - head, head + size);
     }
-}
-
-void ll_ws_socket_repeat(ws_viewer *viewer, int entry)
-{
-    ws_queue *queue = &viewer->thread->queue;
-    LL_ASSERT(entry < queue->count && !viewer->dead && !viewer->closing.sent);
-    enqueue(viewer, queue->at[entry], queue->size[entry]);
 }

@@ -26,7 +26,6 @@ void ll_ws_socket_ping(ws_viewer *viewer)
     if (viewer->measured_ns != 0 || viewer->closing.code != 0 || ll_ws_socket_full(viewer)) {
         return;
     }
-    ll_ws_patience_ends(viewer);
     viewer->measured_ns = viewer->pinged_ns = ll_now_ns();
     ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
 }

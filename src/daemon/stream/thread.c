@@ -10,7 +10,6 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "base/assert.h"
 #include "daemon/stream/internal.h"
 
 #define POLL_INTERVAL_NS INT64_C(4000000)
@@ -51,7 +50,6 @@ static bool give_handle(ws_thread *thread, ws_viewer *viewer)
 static void destroy_viewer(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
-    LL_ASSERT(!viewer->output.queued);
     ll_ws_viewer_gone(viewer);
     if (viewer->handle != 0) {
         thread->slot[viewer->handle & 0xffff] = NULL;
@@ -62,11 +60,9 @@ static void destroy_viewer(ws_viewer *viewer)
     free(viewer);
 }
 
-/* Sends what the turn has written, and frees dead viewers: before that, an event, a loop over a stream or the
- * queue may still refer to them. */
-static void end_turn(ws_thread *thread)
+/* Before the end of a turn an event or a loop over a stream may still refer to them. */
+static void free_dead(ws_thread *thread)
 {
-    ll_ws_queue_send(thread);
     while (thread->first_dead != NULL) {
         ws_viewer *viewer = thread->first_dead;
         thread->first_dead = viewer->next_dead;
@@ -274,7 +270,7 @@ static void finish(ws_thread *thread)
             ll_ws_socket_fail(thread->slot[i]);
         }
     }
-    end_turn(thread);
+    free_dead(thread);
     free(thread->slot);
     thread->slot = NULL;
     thread->slots = 0;
@@ -298,7 +294,7 @@ void *ll_ws_thread_main(void *argument)
             swept_ns = thread->now_ns;
             sweep(thread);
         }
-        end_turn(thread);
+        free_dead(thread);
         if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
             break;
         }
@@ -308,7 +304,7 @@ void *ll_ws_thread_main(void *argument)
         }
         served_ns = thread->now_ns;
         serve_sockets(thread, thread->sockets == 0 ? -1 : swept_ns + SWEEP_NS - thread->now_ns);
-        end_turn(thread);
+        free_dead(thread);
     }
     finish(thread);
     return NULL;

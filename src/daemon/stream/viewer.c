@@ -129,9 +129,7 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
         refuse_rate(viewer);
     } else if (is_ack(text, &seq)) {
         ll_ws_viewer_acknowledge(viewer, seq);
-        ll_ws_patience_grows(viewer, size);
     } else if (hooks_of(viewer)->message != NULL) {
-        ll_ws_patience_ends(viewer);
         hooks_of(viewer)->message(hooks_of(viewer)->context, viewer->stream->session, viewer->handle, text,
                                   size);
     }
@@ -344,7 +342,6 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
         }
         return;
     }
-    ll_ws_patience_sweep(viewer);
     check_alive(viewer);
     if (viewer->stream == NULL || viewer->dead) {
         return;

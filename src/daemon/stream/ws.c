@@ -258,7 +258,6 @@ void ll_ws_free(ll_ws *ws)
         }
         free(thread->input);
         free(thread->message.bytes);
-        free(thread->queue.bytes.bytes);
         pthread_mutex_destroy(&thread->lock);
     }
     pthread_mutex_destroy(&ws->registry_lock);
