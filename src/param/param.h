@@ -78,6 +78,9 @@ struct ll_param_table {
      * assignment: a clone has no elements of that array beyond its count. */
     bool is_cut;
 };
+/* Of the initialiser of a table: an array of rows, and the type of the struct that they describe, or one. */
+#define LL_PARAM_ROWS(rows_, type_)                                                                          \
+    .rows = (rows_), .count = sizeof(rows_) / sizeof(rows_)[0], .size = sizeof(type_)
 
 /* Sets every row to its default and every other byte to zero; arrays become empty. */
 void ll_param_defaults(const ll_param_table *table, void *object);

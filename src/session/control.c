@@ -141,9 +141,7 @@ static const ll_param control_rows[] = {
 
 static const ll_param_table control_table = {.name = "control",
                                              .help = "An operation on a session's clock.",
-                                             .rows = control_rows,
-                                             .count = sizeof control_rows / sizeof control_rows[0],
-                                             .size = sizeof(control_args)};
+                                             LL_PARAM_ROWS(control_rows, control_args)};
 
 ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
 {

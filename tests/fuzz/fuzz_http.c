@@ -62,7 +62,7 @@ static void handler(void *context, const ll_http_request *request, ll_http_respo
     c->body_size = request->body_size;
     memcpy(c->body, request->body, request->body_size);
     pthread_mutex_unlock(&side.lock);
-    ll_http_text(response, 200, "text/plain", request->parameter[0]);
+    ll_http_text(response, 200, request->parameter[0]);
 }
 
 static void on_opened(void *context, void *session, ll_ws_viewer viewer, ll_frame_format format)

@@ -37,7 +37,7 @@ void test_sleep(double seconds)
 static void handle_hello(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context, (void)request;
-    ll_http_text(response, 200, "application/json", "{\"ok\":true}");
+    ll_http_text(response, 200, "{\"ok\":true}");
 }
 
 static void handle_echo(void *context, const ll_http_request *request, ll_http_response *response)
@@ -54,7 +54,7 @@ static void handle_slow(void *context, const ll_http_request *request, ll_http_r
 {
     (void)context, (void)request;
     test_sleep(0.3);
-    ll_http_text(response, 200, "text/plain", "slow");
+    ll_http_text(response, 200, "slow");
 }
 
 static int64_t read_lines(void *context, uint64_t offset, char *buffer, size_t capacity)

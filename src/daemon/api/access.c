@@ -140,7 +140,6 @@ void ll_get_sessions(void *context, const ll_http_request *request, ll_http_resp
         cJSON_AddNullToObject(json, "next");
     free(entries);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 static void add_record(void *context, const ll_experiment_record *record)
@@ -164,11 +163,7 @@ void ll_get_experiments(void *context, const ll_http_request *request, ll_http_r
     cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "experiments");
     ll_result_store *store = ll_experiments_store(api->experiments);
     ll_status status = ll_result_store_list(store, add_record, list);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        ll_http_json(response, 200, json);
-    cJSON_Delete(json);
+    ll_api_result(response, request, &status, json);
 }
 
 /* ---- class keys ---- */
@@ -207,7 +202,6 @@ void ll_get_class_keys(void *context, const ll_http_request *request, ll_http_re
             cJSON_AddItemToArray(list, describe_key(&keys->keys[i]));
     }
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 /* ---- creation ---- */
@@ -217,7 +211,6 @@ static void answer_creation(const ll_api *api, ll_http_response *response)
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "creation", ll_creation_names[creation_of(api)]);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 void ll_get_creation(void *context, const ll_http_request *request, ll_http_response *response)

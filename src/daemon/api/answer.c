@@ -22,8 +22,7 @@ static bool wants_part(const ll_http_request *request, const ll_answer *answer)
 
 static bool is_compressed(const ll_http_request *request, const ll_answer *answer)
 {
-    return ll_gzip_compresses(answer->type) && ll_http_takes_encoding(request, "gzip") &&
-           !wants_part(request, answer);
+    return ll_gzip_compresses(answer->type) && ll_http_takes_gzip(request) && !wants_part(request, answer);
 }
 
 static void write_tag(const ll_answer *answer, bool compressed, char tag[48])

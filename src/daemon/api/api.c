@@ -100,6 +100,17 @@ void ll_api_problem(ll_http_response *response, const ll_http_request *request, 
         ll_http_problem(response, request, error);
 }
 
+void ll_api_result(ll_http_response *response, const ll_http_request *request, const ll_status *status,
+                   cJSON *json)
+{
+    if (!ll_failed(status)) {
+        ll_http_json(response, 200, json);
+        return;
+    }
+    ll_api_problem(response, request, status);
+    cJSON_Delete(json);
+}
+
 ll_status ll_api_only(const cJSON *object, const char *const *names)
 {
     char known[200] = "";

@@ -87,6 +87,9 @@ struct cJSON *ll_api_describe_created(const ll_created_session *created);
 /* A problem document with the API's status: LL_IO is 507, LL_LIMIT 429 with Retry-After. On LL_INTERRUPTED a
  * handler that is not a task is called again as a task; the answer of a task says why it was stopped. */
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+/* Answers with the error, or with `json`, which it takes. */
+void ll_api_result(ll_http_response *response, const ll_http_request *request, const ll_status *status,
+                   struct cJSON *json);
 
 /* 400 unless all keys of `object` are in the NULL-terminated list. */
 ll_status ll_api_only(const struct cJSON *object, const char *const *names);
@@ -104,8 +107,8 @@ ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_packets, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
-    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace,
-    ll_get_experiment_schema, ll_get_experiment_library;
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
+    ll_get_experiment_library;
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation, ll_get_class_keys;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;

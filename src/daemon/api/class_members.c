@@ -148,7 +148,6 @@ static void answer_member(ll_class_entry *entry, const who *w, const char *token
     cJSON_AddItemToObject(json, "state", state);
     ll_http_json(response, token ? 201 : 200, json);
     ll_http_set_header(response, "Cache-Control", "no-store");
-    cJSON_Delete(json);
 }
 
 /* Reads the wish. A copy is made by a task; false also when the handler is to be called again as one. */

@@ -109,7 +109,6 @@ static void answer_class(ll_api *api, const ll_http_request *request, ll_http_re
     cJSON_AddItemToObject(json, "state", state);
     ll_http_json(response, status, json);
     ll_http_set_header(response, "Cache-Control", "no-store");
-    cJSON_Delete(json);
 }
 
 /* ---- the class ---- */
@@ -165,18 +164,14 @@ void ll_patch_class(void *context, const ll_http_request *request, ll_http_respo
     ll_class *c = entry ? lock_for_teacher(context, entry, request, response) : NULL;
     if (c) {
         ll_class_entry_unlock(entry); /* the body is parsed without the lock */
-        cJSON *body = ll_api_body(request, response), *state = NULL;
+        cJSON *body = ll_api_body(request, response);
         c = body ? ll_api_lock_class(entry, request, response) : NULL;
         if (c) {
             ll_status status = ll_class_change(c, body);
-            state = ll_class_describe(c, ll_now_ns());
+            cJSON *state = ll_class_describe(c, ll_now_ns());
             ll_class_entry_unlock(entry);
-            if (ll_failed(&status))
-                ll_api_problem(response, request, &status);
-            else
-                ll_http_json(response, 200, state);
+            ll_api_result(response, request, &status, state);
         }
-        cJSON_Delete(state);
         cJSON_Delete(body);
     }
     ll_class_entry_release(entry);
@@ -259,7 +254,6 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
     ll_api_links(json, ll_session_entry_id(created.session_entry));
     ll_http_json(response, 200, json);
     ll_http_set_header(response, "Cache-Control", "no-store");
-    cJSON_Delete(json);
     ll_session_entry_release(created.session_entry);
 }
 

@@ -70,11 +70,7 @@ static void run_command(ll_api *api, const ll_http_request *request, ll_http_res
     command->context = o;
     command->task = request->task;
     ll_status status = ll_host_command(api->host, session_entry, command);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        ll_http_json(response, 200, o->answer);
-    cJSON_Delete(o->answer);
+    ll_api_result(response, request, &status, o->answer);
 }
 
 /* Whether the operation can make the session run for long. */

@@ -60,7 +60,6 @@ void ll_get_experiment_run(void *context, const ll_http_request *request, ll_htt
     } else {
         cJSON *json = ll_param_write(scenario.kind->table, scenario.config);
         ll_http_json(response, 200, json);
-        cJSON_Delete(json);
     }
     ll_scenario_free(&scenario);
     ll_experiment_free(e);

@@ -64,7 +64,6 @@ static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_ta
     cJSON_AddNumberToObject(json, "run_s", run_s);
     cJSON_AddNumberToObject(json, "estimated_cpu_s", run_s * (double)e->runs);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
     return status;
 }
 
@@ -79,7 +78,6 @@ static ll_status answer_created(ll_api *api, const ll_experiment *e, const ll_ht
     describe_size(json, e);
     add_links(json, id);
     ll_http_json(response, 202, json);
-    cJSON_Delete(json);
     snprintf(location, sizeof location, PATH "%s", id);
     ll_http_set_header(response, "Location", location);
     return ll_ok();
@@ -161,7 +159,6 @@ static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_e
     cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
     add_links(json, r->id);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 void ll_get_experiment(void *context, const ll_http_request *request, ll_http_response *response)

@@ -21,7 +21,6 @@ static void answer_begun(const char *path, const char *id, const char *key, ll_h
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     cJSON_AddStringToObject(links, "self", self);
     ll_http_json(response, 202, json);
-    cJSON_Delete(json);
     ll_http_set_header(response, "Location", self);
     ll_http_set_header(response, "Retry-After", "1");
 }
@@ -44,11 +43,7 @@ void ll_api_job_get(ll_api *api, const ll_http_request *request, ll_http_respons
         return;
     cJSON *json = cJSON_CreateObject();
     ll_status status = ll_jobs_describe(api->jobs, kind, request->parameter[0], json);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        ll_http_json(response, 200, json);
-    cJSON_Delete(json);
+    ll_api_result(response, request, &status, json);
 }
 
 void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_response *response,

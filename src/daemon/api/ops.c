@@ -7,7 +7,7 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
 {
     (void)context;
     (void)request;
-    ll_http_text(response, 200, "application/json", "{\"status\":\"ok\"}");
+    ll_http_text(response, 200, "{\"status\":\"ok\"}");
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
 
@@ -35,7 +35,7 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
     if (ll_failed(&stuck)) {
         ll_http_problem_later(response, request, 503, 5, &stuck);
     } else if (phase == LL_API_READY) {
-        ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
+        ll_http_text(response, 200, "{\"status\":\"ready\"}");
     } else {
         ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
                                                                       : "The daemon is stopping.");

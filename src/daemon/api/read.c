@@ -111,7 +111,6 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
     }
     cJSON *json = ll_session_state(session);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
     return status;
 }
 
@@ -121,7 +120,6 @@ static ll_status finish_state(reader *r, ll_task *task, ll_http_response *respon
     LL_TRY(ll_session_run_within(r->copy, r->to, &interrupt));
     cJSON *json = ll_session_state(r->copy);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
     return ll_ok();
 }
 
@@ -131,7 +129,6 @@ static ll_status fill_metrics(ll_session *session, const ll_http_request *reques
     (void)request, (void)r;
     cJSON *json = ll_session_metrics(session);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
     return ll_ok();
 }
 

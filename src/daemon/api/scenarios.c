@@ -43,7 +43,6 @@ void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_res
         cJSON_ArrayForEach(item, list) cJSON_DeleteItemFromObjectCaseSensitive(item, "text");
     cJSON_AddItemToObject(json, "scenarios", list);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 void ll_get_scenario(void *context, const ll_http_request *request, ll_http_response *response)
@@ -58,7 +57,6 @@ void ll_get_scenario(void *context, const ll_http_request *request, ll_http_resp
         return;
     }
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 /* Leaves out the descriptions below `node`: more than half of a schema. A value may have that name too. */
@@ -75,6 +73,12 @@ static void drop_descriptions(cJSON *node)
     }
 }
 
+static void send_schema(ll_http_response *response, cJSON *json)
+{
+    ll_http_json(response, 200, json);
+    snprintf(response->type, sizeof response->type, "application/schema+json");
+}
+
 void ll_get_schema(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
@@ -89,37 +93,28 @@ void ll_get_schema(void *context, const ll_http_request *request, ll_http_respon
     }
     if (brief)
         drop_descriptions(json);
-    ll_http_json(response, 200, json);
-    snprintf(response->type, sizeof response->type, "application/schema+json");
-    cJSON_Delete(json);
+    send_schema(response, json);
 }
 
 void ll_get_experiment_schema(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
     (void)request;
-    cJSON *json = ll_experiment_schema();
-    ll_http_json(response, 200, json);
-    snprintf(response->type, sizeof response->type, "application/schema+json");
-    cJSON_Delete(json);
+    send_schema(response, ll_experiment_schema());
 }
 
 void ll_get_stream_schema(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
     (void)request;
-    cJSON *json = ll_stream_schema();
-    ll_http_json(response, 200, json);
-    cJSON_Delete(json);
+    ll_http_json(response, 200, ll_stream_schema());
 }
 
 void ll_get_metric_tables(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
     (void)request;
-    cJSON *json = ll_metrics_of_kinds();
-    ll_http_json(response, 200, json);
-    cJSON_Delete(json);
+    ll_http_json(response, 200, ll_metrics_of_kinds());
 }
 
 void ll_get_experiment_library(void *context, const ll_http_request *request, ll_http_response *response)
@@ -134,11 +129,10 @@ void ll_get_experiment_library(void *context, const ll_http_request *request, ll
     cJSON *json = cJSON_CreateObject();
     cJSON_AddItemToObject(json, "experiments", list);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 static void send_document(const ll_api *api, const char *name, const ll_http_request *request,
-                          const char *type, ll_http_response *response)
+                          ll_http_response *response)
 {
     char path[600], piece[8192];
     snprintf(path, sizeof path, "%s/%s", api->documents, name);
@@ -152,25 +146,22 @@ static void send_document(const ll_api *api, const char *name, const ll_http_req
     while ((got = fread(piece, 1, sizeof piece, file)) > 0)
         ll_http_append(response, piece, got);
     fclose(file);
-    snprintf(response->type, sizeof response->type, "%s", type);
+    snprintf(response->type, sizeof response->type, "application/yaml");
 }
 
 void ll_get_openapi(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    send_document(context, "openapi.yaml", request, "application/yaml", response);
+    send_document(context, "openapi.yaml", request, response);
 }
 
 void ll_get_asyncapi(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    send_document(context, "asyncapi.yaml", request, "application/yaml", response);
+    send_document(context, "asyncapi.yaml", request, response);
 }
 
 void ll_get_schemas(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
     (void)request;
-    cJSON *json = ll_schemas();
-    ll_http_json(response, 200, json);
-    snprintf(response->type, sizeof response->type, "application/schema+json");
-    cJSON_Delete(json);
+    send_schema(response, ll_schemas());
 }

@@ -86,7 +86,7 @@ static ll_status read_options(const cJSON *body, ll_create_request *create)
 
 static void answer_created(ll_http_response *response, const char *text)
 {
-    ll_http_text(response, 201, "application/json", text);
+    ll_http_text(response, 201, text);
     cJSON *json = cJSON_Parse(text);
     const cJSON *id = cJSON_GetObjectItemCaseSensitive(json, "id");
     char location[128];
@@ -289,7 +289,6 @@ void ll_get_session(void *context, const ll_http_request *request, ll_http_respo
         cJSON *json = describe(session, session_entry, parked);
         ll_session_entry_leave(session_entry);
         ll_http_json(response, 200, json);
-        cJSON_Delete(json);
     }
     ll_session_entry_release(session_entry);
 }
@@ -328,6 +327,5 @@ void ll_get_code(void *context, const ll_http_request *request, ll_http_response
     cJSON_AddStringToObject(json, "id", id);
     ll_api_links(json, id);
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
     ll_session_entry_release(session_entry);
 }

@@ -155,7 +155,6 @@ void ll_get_tradeoffs(void *context, const ll_http_request *request, ll_http_res
     cJSON *json = cJSON_CreateObject();
     cJSON_AddItemToObject(json, "families", ll_tradeoff_families_json());
     ll_http_json(response, 200, json);
-    cJSON_Delete(json);
 }
 
 void ll_post_tradeoffs(void *context, const ll_http_request *request, ll_http_response *response)

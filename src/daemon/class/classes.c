@@ -24,11 +24,8 @@ static const ll_param rows[] = {
      .help = "A class ends after this time without connections and requests."},
 };
 
-const ll_param_table ll_classes_table = {.name = "classes",
-                                         .help = "Classes and their limits.",
-                                         .rows = rows,
-                                         .count = sizeof rows / sizeof rows[0],
-                                         .size = sizeof(ll_classes_config)};
+const ll_param_table ll_classes_table = {
+    .name = "classes", .help = "Classes and their limits.", LL_PARAM_ROWS(rows, ll_classes_config)};
 
 /* ---- finding ---- */
 

@@ -65,9 +65,7 @@ static const ll_param settings_rows[] = {
 
 const ll_param_table ll_class_table = {.name = "class",
                                        .help = "What the teacher sets.",
-                                       .rows = settings_rows,
-                                       .count = sizeof settings_rows / sizeof settings_rows[0],
-                                       .size = sizeof(ll_class_settings),
+                                       LL_PARAM_ROWS(settings_rows, ll_class_settings),
                                        .check = check_settings};
 
 static const ll_param join_rows[] = {
@@ -91,9 +89,7 @@ static const ll_param join_rows[] = {
 
 const ll_param_table ll_class_join_table = {.name = "join",
                                             .help = "A request to join a class, or to change one's role.",
-                                            .rows = join_rows,
-                                            .count = sizeof join_rows / sizeof join_rows[0],
-                                            .size = sizeof(ll_class_wish)};
+                                            LL_PARAM_ROWS(join_rows, ll_class_wish)};
 
 static const ll_param vote_rows[] = {
     {.name = "step",
@@ -110,8 +106,5 @@ static const ll_param vote_rows[] = {
      .help = "Index of the choice."},
 };
 
-const ll_param_table ll_class_vote_table = {.name = "vote",
-                                            .help = "A vote.",
-                                            .rows = vote_rows,
-                                            .count = sizeof vote_rows / sizeof vote_rows[0],
-                                            .size = sizeof(ll_class_ballot)};
+const ll_param_table ll_class_vote_table = {
+    .name = "vote", .help = "A vote.", LL_PARAM_ROWS(vote_rows, ll_class_ballot)};

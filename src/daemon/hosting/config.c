@@ -69,8 +69,5 @@ static const ll_param rows[] = {
      .help = "Interval at which the clock of a playing session is stored."},
 };
 
-const ll_param_table ll_host_table = {.name = "hosting",
-                                      .help = "Hosting of sessions.",
-                                      .rows = rows,
-                                      .count = sizeof rows / sizeof rows[0],
-                                      .size = sizeof(ll_host_config)};
+const ll_param_table ll_host_table = {
+    .name = "hosting", .help = "Hosting of sessions.", LL_PARAM_ROWS(rows, ll_host_config)};

@@ -104,7 +104,7 @@ static bool take_compressed(http_exchange *exchange, const char *name, int *fd, 
         return false;
     }
     ll_http_set_header(response, "Vary", "Accept-Encoding");
-    if (!ll_http_takes_encoding(&exchange->request, "gzip")) {
+    if (!ll_http_takes_gzip(&exchange->request)) {
         return false;
     }
     snprintf(small, sizeof small, "%s.gz", name);

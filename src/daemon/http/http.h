@@ -42,8 +42,8 @@ const char *ll_http_header(const ll_http_request *request, const char *name);
  * NULL) gets its q value, 0 to 1. */
 bool ll_http_accepts(const ll_http_request *request, const char *type, double *quality);
 
-/* Whether Accept-Encoding allows `encoding` (`gzip`). */
-bool ll_http_takes_encoding(const ll_http_request *request, const char *encoding);
+/* Whether Accept-Encoding allows gzip. */
+bool ll_http_takes_gzip(const ll_http_request *request);
 
 /* Whether a value of If-None-Match (may be NULL) names `tag`, compared weakly (RFC 9110 13.1.2). */
 bool ll_http_matches_tag(const char *header, const char *tag);
@@ -86,9 +86,9 @@ void ll_http_clear(ll_http_response *response); /* frees body and reader; status
 bool ll_http_become_task(const ll_http_request *request, ll_http_response *response);
 
 struct cJSON;
-void ll_http_json(ll_http_response *response, int status,
-                  const struct cJSON *json); /* prints it, `application/json` */
-void ll_http_text(ll_http_response *response, int status, const char *type, const char *text); /* copies it */
+/* Answers of type `application/json`. */
+void ll_http_json(ll_http_response *response, int status, struct cJSON *json); /* takes ownership */
+void ll_http_text(ll_http_response *response, int status, const char *text);   /* copies it */
 /* For HEAD: headers of an answer whose body was not made; its length is not sent. */
 void ll_http_no_body(ll_http_response *response, const char *type);
 

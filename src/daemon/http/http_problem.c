@@ -10,7 +10,6 @@ void ll_http_problem_as(ll_http_response *response, const ll_http_request *reque
 {
     cJSON *problem = ll_http_problem_json(status, error, request != NULL ? request->path : NULL);
     ll_http_json(response, status, problem);
-    cJSON_Delete(problem);
     if (!response->failed) {
         snprintf(response->type, sizeof response->type, "application/problem+json");
     }

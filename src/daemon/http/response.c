@@ -108,9 +108,10 @@ void ll_http_no_body(ll_http_response *response, const char *type)
     response->reader = read_nothing;
 }
 
-void ll_http_json(ll_http_response *response, int status, const cJSON *json)
+void ll_http_json(ll_http_response *response, int status, cJSON *json)
 {
     char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
     if (text == NULL) {
         response->failed = true;
         return;
@@ -118,11 +119,11 @@ void ll_http_json(ll_http_response *response, int status, const cJSON *json)
     take_bytes(response, status, "application/json", text, strlen(text));
 }
 
-void ll_http_text(ll_http_response *response, int status, const char *type, const char *text)
+void ll_http_text(ll_http_response *response, int status, const char *text)
 {
     response->size = 0;
     response->status = status;
-    snprintf(response->type, sizeof response->type, "%s", type);
+    snprintf(response->type, sizeof response->type, "application/json");
     ll_http_append(response, text, strlen(text));
 }
 
@@ -165,14 +166,14 @@ static double quality_of(const char *element, size_t size)
     return value;
 }
 
-bool ll_http_takes_encoding(const ll_http_request *request, const char *encoding)
+bool ll_http_takes_gzip(const ll_http_request *request)
 {
     const char *at = ll_http_header(request, "Accept-Encoding");
     double named = -1, star = 0;
     while (at != NULL && *at != '\0') {
         at += strspn(at, " \t,");
         size_t whole = strcspn(at, ","), name = strcspn(at, ",; \t");
-        if (name == strlen(encoding) && strncasecmp(at, encoding, name) == 0) {
+        if (name == 4 && strncasecmp(at, "gzip", name) == 0) {
             named = quality_of(at, whole);
         } else if (name == 1 && *at == '*') {
             star = quality_of(at, whole);

@@ -203,8 +203,7 @@ void ll_http_compress(http_exchange *exchange)
         return;
     }
     ll_http_set_header(response, "Vary", "Accept-Encoding");
-    if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) ||
-        !ll_http_takes_encoding(request, "gzip")) {
+    if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) || !ll_http_takes_gzip(request)) {
         return;
     }
     ll_status status = ll_gzip_bytes(response->bytes, response->size, request->task, &bytes, &size);

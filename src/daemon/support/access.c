@@ -20,11 +20,8 @@ static const ll_param rows[] = {
              "class if there is a class key, else open."},
 };
 
-const ll_param_table ll_access_table = {.name = "access",
-                                        .help = "Permissions.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(ll_access_config)};
+const ll_param_table ll_access_table = {
+    .name = "access", .help = "Permissions.", LL_PARAM_ROWS(rows, ll_access_config)};
 
 const char *const ll_creation_names[] = {
     [LL_CREATION_OPEN] = "open", [LL_CREATION_CLASS] = "class", [LL_CREATION_OPERATOR] = "operator", NULL};

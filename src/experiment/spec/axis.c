@@ -56,9 +56,7 @@ static const ll_param rows[] = {
 
 static const ll_param_table table = {.name = "axis",
                                      .help = "Values of one parameter: a list in `values`, or a range.",
-                                     .rows = rows,
-                                     .count = sizeof rows / sizeof rows[0],
-                                     .size = sizeof(settings)};
+                                     LL_PARAM_ROWS(rows, settings)};
 
 cJSON *ll_axis_schema(void)
 {

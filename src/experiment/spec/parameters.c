@@ -39,9 +39,7 @@ static const ll_param sample_rows[] = {
 
 static const ll_param_table sample_table = {.name = "sample",
                                             .help = "Sampling of points.",
-                                            .rows = sample_rows,
-                                            .count = sizeof sample_rows / sizeof sample_rows[0],
-                                            .size = sizeof((ll_experiment_head *)0)->sample};
+                                            LL_PARAM_ROWS(sample_rows, ((ll_experiment_head *)0)->sample)};
 
 static const ll_param stop_rows[] = {
     {.name = "metric",
@@ -65,11 +63,8 @@ static const ll_param stop_rows[] = {
      .help = "Interval of these checks, in virtual time."},
 };
 
-static const ll_param_table stop_table = {.name = "stop",
-                                          .help = "Early end of a run.",
-                                          .rows = stop_rows,
-                                          .count = sizeof stop_rows / sizeof stop_rows[0],
-                                          .size = sizeof((ll_experiment_head *)0)->stop};
+static const ll_param_table stop_table = {
+    .name = "stop", .help = "Early end of a run.", LL_PARAM_ROWS(stop_rows, ((ll_experiment_head *)0)->stop)};
 
 #define UNTIL(member) offsetof(ll_experiment_head, until.member) - offsetof(ll_experiment_head, until)
 
@@ -100,9 +95,7 @@ static const ll_param until_rows[] = {
 
 static const ll_param_table until_table = {.name = "until",
                                            .help = "When a point has enough runs, below `repeats`.",
-                                           .rows = until_rows,
-                                           .count = sizeof until_rows / sizeof until_rows[0],
-                                           .size = sizeof((ll_experiment_head *)0)->until};
+                                           LL_PARAM_ROWS(until_rows, ((ll_experiment_head *)0)->until)};
 
 #define ROW(member) .name = #member, .offset = offsetof(ll_experiment_head, member)
 
@@ -135,9 +128,7 @@ static const ll_param head_rows[] = {
 static const ll_param_table head_table = {
     .name = "experiment",
     .help = "A scenario, its varied parameters, and the metrics that are kept.",
-    .rows = head_rows,
-    .count = sizeof head_rows / sizeof head_rows[0],
-    .size = sizeof(ll_experiment_head)};
+    LL_PARAM_ROWS(head_rows, ll_experiment_head)};
 
 /* Keys with values of several types, which are not in the table. */
 static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload", "front"};

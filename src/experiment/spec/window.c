@@ -41,9 +41,7 @@ static const ll_param condition_rows[] = {
 
 static const ll_param_table condition_table = {.name = "window_condition",
                                                .help = "When a tick counts.",
-                                               .rows = condition_rows,
-                                               .count = sizeof condition_rows / sizeof condition_rows[0],
-                                               .size = sizeof((ll_window *)0)->condition};
+                                               LL_PARAM_ROWS(condition_rows, ((ll_window *)0)->condition)};
 
 static const ll_param rows[] = {
     {.name = "name",
@@ -118,9 +116,7 @@ static ll_status check(const void *object, const char *path)
 
 const ll_param_table ll_window_table = {.name = "window",
                                         .help = "A part of a run over which metrics are taken.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(ll_window),
+                                        LL_PARAM_ROWS(rows, ll_window),
                                         .check = check};
 
 /* ---- with a scenario ---- */

@@ -64,8 +64,7 @@ extern const char *const ll_splitting_names[LL_SPLITTINGS + 1];
 /* A scene's table of settings. */
 #define LL_GRID_TABLE(name_, rows_)                                                                          \
     {                                                                                                        \
-        .name = name_, .help = "Parameters of a fluid on a grid.", .rows = rows_,                            \
-        .count = sizeof rows_ / sizeof rows_[0], .size = sizeof(ll_grid_solver)                              \
+        .name = name_, .help = "Parameters of a fluid on a grid.", LL_PARAM_ROWS(rows_, ll_grid_solver)      \
     }
 
 /* Parameters of every scene begin with `int64_t n`, for a square box. */

@@ -30,9 +30,7 @@ static ll_status check_rows(const void *object, const char *path)
 
 const ll_param_table ll_ocean_table = {.name = "ocean",
                                        .help = "The surface of an ocean.",
-                                       .rows = rows,
-                                       .count = sizeof rows / sizeof rows[0],
-                                       .size = sizeof(ll_ocean_setup),
+                                       LL_PARAM_ROWS(rows, ll_ocean_setup),
                                        .check = check_rows};
 
 ll_status ll_ocean_check(const ll_ocean_setup *s)

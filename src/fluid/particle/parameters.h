@@ -55,6 +55,6 @@
 /* A table of settings. */
 #define LL_PARTICLE_TABLE(name_, rows_)                                                                      \
     {                                                                                                        \
-        .name = name_, .help = "Parameters of a fluid of particles.", .rows = rows_,                         \
-        .count = sizeof rows_ / sizeof rows_[0], .size = sizeof(ll_particle_params)                          \
+        .name = name_, .help = "Parameters of a fluid of particles.",                                        \
+        LL_PARAM_ROWS(rows_, ll_particle_params)                                                             \
     }

@@ -23,11 +23,8 @@ static const ll_param param_rows[] = {
     LL_GRID_CELLS(params, 64),
 };
 
-const ll_param_table ll_fluid_cavity_params = {.name = "cavity",
-                                               .help = "A box of 1 m whose lid moves at 1 m/s.",
-                                               .rows = param_rows,
-                                               .count = sizeof param_rows / sizeof param_rows[0],
-                                               .size = sizeof(params)};
+const ll_param_table ll_fluid_cavity_params = {
+    .name = "cavity", .help = "A box of 1 m whose lid moves at 1 m/s.", LL_PARAM_ROWS(param_rows, params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_CENTRAL, LL_SPLITTING_PROJECTION, LL_PRESSURE_DIRECT, 1e-6, 4),

@@ -35,9 +35,7 @@ static const ll_param param_rows[] = {
 
 const ll_param_table ll_fluid_cylinder_params = {.name = "cylinder",
                                                  .help = "Smoke past a cylinder in a tunnel of 2 m.",
-                                                 .rows = param_rows,
-                                                 .count = sizeof param_rows / sizeof param_rows[0],
-                                                 .size = sizeof(params)};
+                                                 LL_PARAM_ROWS(param_rows, params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_MACCORMACK, LL_SPLITTING_PROJECTION, LL_PRESSURE_MULTIGRID, 1e-3, 4),

@@ -31,9 +31,7 @@ static ll_ocean *ocean_of(const void *block)
 static const ll_param param_rows[] = {LL_OCEAN_ROWS(128, 30)};
 const ll_param_table ll_fluid_sea_params = {.name = "sea_state",
                                             .help = "A square of fully developed sea.",
-                                            .rows = param_rows,
-                                            .count = sizeof param_rows / sizeof param_rows[0],
-                                            .size = sizeof(ll_ocean_setup)};
+                                            LL_PARAM_ROWS(param_rows, ll_ocean_setup)};
 
 static const ll_param solver_rows[] = {
     {.name = "method",
@@ -51,11 +49,8 @@ static const ll_param solver_rows[] = {
      .live = true,
      .help = "Scale of the horizontal displacement."},
 };
-const ll_param_table ll_fluid_sea_solver = {.name = "sea_solver",
-                                            .help = "Parameters of a sea's surface.",
-                                            .rows = solver_rows,
-                                            .count = sizeof solver_rows / sizeof solver_rows[0],
-                                            .size = sizeof(solver)};
+const ll_param_table ll_fluid_sea_solver = {
+    .name = "sea_solver", .help = "Parameters of a sea's surface.", LL_PARAM_ROWS(solver_rows, solver)};
 
 /* ---- the scene ---- */
 

@@ -41,11 +41,8 @@ static const ll_param param_rows[] = {
      .help = "Mean flow upwards."},
 };
 
-const ll_param_table ll_fluid_taylor_green_params = {.name = "taylor_green",
-                                                     .help = "Vortices of 2 pi m in a mean flow.",
-                                                     .rows = param_rows,
-                                                     .count = sizeof param_rows / sizeof param_rows[0],
-                                                     .size = sizeof(params)};
+const ll_param_table ll_fluid_taylor_green_params = {
+    .name = "taylor_green", .help = "Vortices of 2 pi m in a mean flow.", LL_PARAM_ROWS(param_rows, params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_CENTRAL, LL_SPLITTING_PROJECTION, LL_PRESSURE_DIRECT, 1e-6, 1),

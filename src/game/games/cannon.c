@@ -74,11 +74,8 @@ static const ll_param rows[] = {
      .help = "Time between a landing and the next shot."},
 };
 
-const ll_param_table ll_cannon_table = {.name = "cannon",
-                                        .help = "Parameters of the cannon.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(cannon_params)};
+const ll_param_table ll_cannon_table = {
+    .name = "cannon", .help = "Parameters of the cannon.", LL_PARAM_ROWS(rows, cannon_params)};
 
 static const cannon_params *params_of(const ll_game_env *env)
 {

@@ -162,9 +162,7 @@ static ll_status check(const void *object, const char *path)
 
 const ll_param_table ll_crates_table = {.name = "crates",
                                         .help = "Parameters of the crates.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(crates_params),
+                                        LL_PARAM_ROWS(rows, crates_params),
                                         .check = check};
 
 static const crates_params *params_of(const ll_game_env *env)

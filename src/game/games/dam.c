@@ -137,12 +137,8 @@ static ll_status check(const void *object, const char *path)
     return ll_ok();
 }
 
-const ll_param_table ll_dam_table = {.name = "dam",
-                                     .help = "Parameters of the dam.",
-                                     .rows = rows,
-                                     .count = sizeof rows / sizeof rows[0],
-                                     .size = sizeof(dam_params),
-                                     .check = check};
+const ll_param_table ll_dam_table = {
+    .name = "dam", .help = "Parameters of the dam.", LL_PARAM_ROWS(rows, dam_params), .check = check};
 
 static const dam_params *params_of(const ll_game_env *env)
 {

@@ -27,11 +27,8 @@ static const ll_param rows[] = {
      .help = "Width of a view."},
 };
 
-const ll_param_table ll_gambetta_table = {.name = "gambetta",
-                                          .help = "Parameters of the demo's rule.",
-                                          .rows = rows,
-                                          .count = sizeof rows / sizeof rows[0],
-                                          .size = sizeof(gambetta_params)};
+const ll_param_table ll_gambetta_table = {
+    .name = "gambetta", .help = "Parameters of the demo's rule.", LL_PARAM_ROWS(rows, gambetta_params)};
 
 static const gambetta_params *params_of(const ll_game_env *env)
 {

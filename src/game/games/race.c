@@ -90,11 +90,8 @@ static const ll_param rows[] = {
      .help = "Restitution of contacts between cars."},
 };
 
-const ll_param_table ll_race_table = {.name = "race",
-                                      .help = "Parameters of the race.",
-                                      .rows = rows,
-                                      .count = sizeof rows / sizeof rows[0],
-                                      .size = sizeof(race_params)};
+const ll_param_table ll_race_table = {
+    .name = "race", .help = "Parameters of the race.", LL_PARAM_ROWS(rows, race_params)};
 
 static const race_params *params_of(const ll_game_env *env)
 {

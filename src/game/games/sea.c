@@ -108,11 +108,8 @@ static const ll_param rows[] = {
      .unit = "m/s2",
      .help = "Acceleration of a boat."},
 };
-const ll_param_table ll_sea_table = {.name = "sea",
-                                     .help = "Parameters of the sea.",
-                                     .rows = rows,
-                                     .count = sizeof rows / sizeof rows[0],
-                                     .size = sizeof(sea_params)};
+const ll_param_table ll_sea_table = {
+    .name = "sea", .help = "Parameters of the sea.", LL_PARAM_ROWS(rows, sea_params)};
 
 static const sea_params *params_of(const ll_game_env *env)
 {

@@ -118,11 +118,8 @@ static const ll_param rows[] = {
      .help = "Largest random aiming error of scripts, in radii of the target; `steady` aims at the centre."},
 };
 
-const ll_param_table ll_shooter_table = {.name = "shooter",
-                                         .help = "Parameters of the shooter.",
-                                         .rows = rows,
-                                         .count = sizeof rows / sizeof rows[0],
-                                         .size = sizeof(ll_shooter_params)};
+const ll_param_table ll_shooter_table = {
+    .name = "shooter", .help = "Parameters of the shooter.", LL_PARAM_ROWS(rows, ll_shooter_params)};
 
 static ll_extent extent(const void *params, int players)
 {

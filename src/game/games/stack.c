@@ -187,12 +187,8 @@ static ll_status check(const void *object, const char *path)
     return ll_ok();
 }
 
-const ll_param_table ll_stack_table = {.name = "stack",
-                                       .help = "Parameters of the stack.",
-                                       .rows = rows,
-                                       .count = sizeof rows / sizeof rows[0],
-                                       .size = sizeof(stack_params),
-                                       .check = check};
+const ll_param_table ll_stack_table = {
+    .name = "stack", .help = "Parameters of the stack.", LL_PARAM_ROWS(rows, stack_params), .check = check};
 
 static const stack_params *params_of(const ll_game_env *env)
 {

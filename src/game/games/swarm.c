@@ -54,11 +54,8 @@ static const ll_param rows[] = {
      .help = "Angular velocity of the bodies on their circles; every other one turns the other way."},
 };
 
-const ll_param_table ll_swarm_table = {.name = "swarm",
-                                       .help = "Parameters of the swarm.",
-                                       .rows = rows,
-                                       .count = sizeof rows / sizeof rows[0],
-                                       .size = sizeof(swarm_params)};
+const ll_param_table ll_swarm_table = {
+    .name = "swarm", .help = "Parameters of the swarm.", LL_PARAM_ROWS(rows, swarm_params)};
 
 static const swarm_params *params_of(const ll_game_env *env)
 {

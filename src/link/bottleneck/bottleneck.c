@@ -213,6 +213,4 @@ static const ll_param rows[] = {
 
 const ll_param_table ll_bottleneck_table = {.name = "bottleneck",
                                             .help = "A queue in each direction that all players share.",
-                                            .rows = rows,
-                                            .count = sizeof rows / sizeof rows[0],
-                                            .size = sizeof(ll_bottleneck_params)};
+                                            LL_PARAM_ROWS(rows, ll_bottleneck_params)};

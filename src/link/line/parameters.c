@@ -164,7 +164,5 @@ static ll_status check(const void *object, const char *path)
 
 const ll_param_table ll_link_table = {.name = "link",
                                       .help = "One direction of a network path, in netem's terms.",
-                                      .rows = rows,
-                                      .count = sizeof rows / sizeof rows[0],
-                                      .size = sizeof(ll_link_params),
+                                      LL_PARAM_ROWS(rows, ll_link_params),
                                       .check = check};

@@ -177,7 +177,5 @@ static ll_status check(const void *object, const char *path)
 const ll_param_table ll_profile_table = {.name = "link_profile",
                                          .help =
                                              "What few links have: traces, slots, cells, ECN, a distance.",
-                                         .rows = rows,
-                                         .count = sizeof rows / sizeof rows[0],
-                                         .size = sizeof(ll_profile_params),
+                                         LL_PARAM_ROWS(rows, ll_profile_params),
                                          .check = check};

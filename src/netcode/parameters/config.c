@@ -265,11 +265,8 @@ static const ll_param server_rows[] = {
              "resimulates and compares; 0: off."},
 };
 
-const ll_param_table ll_server_table = {.name = "server",
-                                        .help = "The authoritative server.",
-                                        .rows = server_rows,
-                                        .count = sizeof server_rows / sizeof server_rows[0],
-                                        .size = sizeof(ll_server_config)};
+const ll_param_table ll_server_table = {
+    .name = "server", .help = "The authoritative server.", LL_PARAM_ROWS(server_rows, ll_server_config)};
 
 enum { HYBRID_FULL_MS = 150, HYBRID_NONE_MS = 350, VETO_GRACE_MS = 100 };
 
@@ -304,9 +301,7 @@ static const ll_param policy_rows[] = {
 
 const ll_param_table ll_policy_table = {.name = "policies",
                                         .help = "Parameters of single policies of lag compensation.",
-                                        .rows = policy_rows,
-                                        .count = sizeof policy_rows / sizeof policy_rows[0],
-                                        .size = sizeof(ll_policy_params)};
+                                        LL_PARAM_ROWS(policy_rows, ll_policy_params)};
 
 static const ll_param reckoning_rows[] = {
     {.name = "model",
@@ -359,6 +354,4 @@ const ll_param_table ll_reckoning_table = {
     .name = "reckoning",
     .help = "Dead reckoning with send thresholds, in place of snapshots of all entities. Others are then "
             "drawn at the server's present: interpolation and extrapolation have no effect.",
-    .rows = reckoning_rows,
-    .count = sizeof reckoning_rows / sizeof reckoning_rows[0],
-    .size = sizeof(ll_reckoning_params)};
+    LL_PARAM_ROWS(reckoning_rows, ll_reckoning_params)};

@@ -42,9 +42,7 @@ static const ll_param rows[] = {
 
 const ll_param_table ll_peers_table = {.name = "peers",
                                        .help = "The peer-to-peer syncs, deterministic and rollback.",
-                                       .rows = rows,
-                                       .count = sizeof rows / sizeof rows[0],
-                                       .size = sizeof(ll_peers_params)};
+                                       LL_PARAM_ROWS(rows, ll_peers_params)};
 
 uint8_t ll_peers_choices(const ll_peers_params *params)
 {

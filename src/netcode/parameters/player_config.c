@@ -46,11 +46,8 @@ static const ll_param link_rows[] = {
      .help = "From the server to the client."},
 };
 
-static const ll_param_table link_table = {.name = "link_pair",
-                                          .help = "A player's link, per direction.",
-                                          .rows = link_rows,
-                                          .count = sizeof link_rows / sizeof link_rows[0],
-                                          .size = sizeof(ll_link_pair)};
+static const ll_param_table link_table = {
+    .name = "link_pair", .help = "A player's link, per direction.", LL_PARAM_ROWS(link_rows, ll_link_pair)};
 
 static const ll_param player_rows[] = {
     {.name = "name",
@@ -374,9 +371,7 @@ static ll_status check_player(const void *object, const char *path)
 
 const ll_param_table ll_player_table = {.name = "player",
                                         .help = "A player, its link and its techniques.",
-                                        .rows = player_rows,
-                                        .count = sizeof player_rows / sizeof player_rows[0],
-                                        .size = sizeof(ll_player_config),
+                                        LL_PARAM_ROWS(player_rows, ll_player_config),
                                         .check = check_player};
 
 void ll_player_apply_dependencies(ll_player_config *now, const ll_player_config *before)

@@ -24,9 +24,7 @@ static const ll_param rows[] = {
 
 const ll_param_table ll_report_table = {.name = "reports",
                                         .help = "Validation of the positions that clients report.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(ll_report_params)};
+                                        LL_PARAM_ROWS(rows, ll_report_params)};
 
 void ll_reports_init(ll_reports *reports, const ll_report_params *params, int players)
 {

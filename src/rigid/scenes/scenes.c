@@ -28,9 +28,7 @@ static const ll_param rows[] = {
 
 const ll_param_table ll_scene_args_table = {.name = "rigid_scene",
                                             .help = "Arguments of a scene of rigid bodies.",
-                                            .rows = rows,
-                                            .count = sizeof rows / sizeof rows[0],
-                                            .size = sizeof(ll_scene_args)};
+                                            LL_PARAM_ROWS(rows, ll_scene_args)};
 
 const ll_scene *ll_scene_named(const char *name)
 {

@@ -21,9 +21,7 @@ static const ll_param timeline_rows[] = {
 
 const ll_param_table ll_timeline_table = {.name = "timeline_step",
                                           .help = "A change of live parameters at a given time.",
-                                          .rows = timeline_rows,
-                                          .count = sizeof timeline_rows / sizeof timeline_rows[0],
-                                          .size = sizeof(ll_timeline_step)};
+                                          LL_PARAM_ROWS(timeline_rows, ll_timeline_step)};
 
 static const ll_param expectation_rows[] = {
     {.name = "metric",
@@ -44,6 +42,4 @@ static const ll_param expectation_rows[] = {
 
 const ll_param_table ll_expectation_table = {.name = "expect",
                                              .help = "A metric and its required minimum.",
-                                             .rows = expectation_rows,
-                                             .count = sizeof expectation_rows / sizeof expectation_rows[0],
-                                             .size = sizeof(ll_expectation)};
+                                             LL_PARAM_ROWS(expectation_rows, ll_expectation)};

@@ -49,9 +49,7 @@ static const ll_param side_by_side_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)
 static const ll_param_table side_by_side_table = {
     .name = "fluid_side_by_side",
     .help = "A fluid next to the first; parameters that are not given are the first one's.",
-    .rows = side_by_side_rows,
-    .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
-    .size = sizeof(ll_fluid_setup),
+    LL_PARAM_ROWS(side_by_side_rows, ll_fluid_setup),
     .check = check_one};
 
 static void as_the_first(const void *object, void *element)
@@ -96,7 +94,5 @@ static ll_status check(const void *object, const char *path)
 const ll_param_table ll_fluid_scenario_table = {.name = "fluid",
                                                 .help =
                                                     "A fluid: particles, a grid, or the surface of an ocean.",
-                                                .rows = rows,
-                                                .count = sizeof rows / sizeof rows[0],
-                                                .size = sizeof(ll_fluid_config),
+                                                LL_PARAM_ROWS(rows, ll_fluid_config),
                                                 .check = check};

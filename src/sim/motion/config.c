@@ -66,11 +66,8 @@ static const ll_param method_rows[] = {
      .help = "Off: the method is not run and costs nothing."},
 };
 
-static const ll_param_table method_table = {.name = "motion_method",
-                                            .help = "A method and its step.",
-                                            .rows = method_rows,
-                                            .count = sizeof method_rows / sizeof method_rows[0],
-                                            .size = sizeof(ll_motion_method)};
+static const ll_param_table method_table = {
+    .name = "motion_method", .help = "A method and its step.", LL_PARAM_ROWS(method_rows, ll_motion_method)};
 
 static const ll_param rows[] = {
     LL_SCENARIO_ROWS,
@@ -193,7 +190,5 @@ static ll_status check(const void *object, const char *path)
 const ll_param_table ll_motion_table = {.name = "motion",
                                         .help =
                                             "A problem of motion, solved by several methods side by side.",
-                                        .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0],
-                                        .size = sizeof(ll_motion_config),
+                                        LL_PARAM_ROWS(rows, ll_motion_config),
                                         .check = check};

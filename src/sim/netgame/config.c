@@ -302,8 +302,6 @@ static ll_status check(const void *object, const char *path)
 
 const ll_param_table ll_netgame_table = {.name = "netgame",
                                          .help = "A game over a network: server, clients and links.",
-                                         .rows = rows,
-                                         .count = sizeof rows / sizeof rows[0],
-                                         .size = sizeof(ll_netgame_config),
+                                         LL_PARAM_ROWS(rows, ll_netgame_config),
                                          .check = check,
                                          .is_cut = true};

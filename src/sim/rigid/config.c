@@ -59,11 +59,8 @@ static const ll_param body_rows[] = {
 #undef REAL
 #undef PAIR
 
-static const ll_param_table body_table = {.name = "rigid_body",
-                                          .help = "A body of one shape.",
-                                          .rows = body_rows,
-                                          .count = sizeof body_rows / sizeof body_rows[0],
-                                          .size = sizeof(ll_rigid_body)};
+static const ll_param_table body_table = {
+    .name = "rigid_body", .help = "A body of one shape.", LL_PARAM_ROWS(body_rows, ll_rigid_body)};
 
 /* ---- joints ---- */
 
@@ -103,11 +100,8 @@ static const ll_param joint_rows[] = {
 #undef REAL
 #undef PAIR
 
-static const ll_param_table joint_table = {.name = "rigid_joint",
-                                           .help = "A joint of two bodies.",
-                                           .rows = joint_rows,
-                                           .count = sizeof joint_rows / sizeof joint_rows[0],
-                                           .size = sizeof(ll_rigid_joint)};
+static const ll_param_table joint_table = {
+    .name = "rigid_joint", .help = "A joint of two bodies.", LL_PARAM_ROWS(joint_rows, ll_rigid_joint)};
 
 /* ---- the scenario ---- */
 
@@ -136,9 +130,7 @@ static const ll_param side_by_side_rows[] = {
 static const ll_param_table side_by_side_table = {
     .name = "rigid_side_by_side",
     .help = "A copy of the same bodies next to the first; parameters that are not given are the first one's.",
-    .rows = side_by_side_rows,
-    .count = sizeof side_by_side_rows / sizeof side_by_side_rows[0],
-    .size = sizeof(ll_rigid_side_by_side)};
+    LL_PARAM_ROWS(side_by_side_rows, ll_rigid_side_by_side)};
 
 static void as_the_first(const void *object, void *element)
 {
@@ -298,7 +290,5 @@ static ll_status check(const void *object, const char *path)
 const ll_param_table ll_rigid_scenario_table = {
     .name = "rigid",
     .help = "Bodies that collide: bounding volumes, broad and narrow phases, contact solvers.",
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
-    .size = sizeof(ll_rigid_config),
+    LL_PARAM_ROWS(rows, ll_rigid_config),
     .check = check};
