@@ -13,6 +13,11 @@ double ll_exp(double x);                            /* 0 below -745, infinite ab
 double ll_detmath_log(double x);                    /* x > 0; NaN otherwise (-inf for 0) */
 double ll_atan2(double y, double x);                /* in [-pi, pi]; 0 at the origin; both finite */
 
+static inline double ll_abs(double x)
+{
+    return x < 0 ? -x : x;
+}
+
 /* IEEE 754 requires correct rounding. */
 static inline double ll_sqrt(double x)
 {

@@ -60,11 +60,6 @@ static void init(ll_ocean *o)
     }
 }
 
-ll_wave ll_ocean_wave(const ll_ocean *o, int64_t index)
-{
-    return waves_of(o)[index];
-}
-
 void ll_ocean_waves(const ll_ocean_setup *s, ll_wave *waves)
 {
     for (int64_t i = 0; i < s->waves; i++)

@@ -83,10 +83,7 @@ typedef struct ll_wave {
     int64_t cycles;          /* per loop */
 } ll_wave;
 
-/* Wave `index` of gerstner, 0 to waves - 1. */
-ll_wave ll_ocean_wave(const ll_ocean *o, int64_t index);
-
-/* Waves of gerstner without a grid, for single points of a surface: `waves` has setup->waves elements. */
+/* Waves of gerstner, for single points of a surface: `waves` has setup->waves elements. */
 void ll_ocean_waves(const ll_ocean_setup *setup, ll_wave *waves);
 
 typedef struct ll_ocean_point { /* a point of the water surface */

@@ -170,6 +170,11 @@ typedef struct ll_game {
     const struct ll_weapons *weapons; /* game/core/weapons.h; NULL in a game without */
 } ll_game;
 
+/* The functions that every game has, by the names that they have in its file. */
+#define LL_GAME_FUNCTIONS                                                                                    \
+    .extent = extent, .prepare = prepare, .init = init, .step = step, .step_own = step_own,                  \
+    .describe = describe, .scene = scene
+
 extern const ll_game *const ll_games[]; /* NULL-terminated; the index is the choice `game` */
 extern const char *const ll_game_names[];
 extern const ll_param_table *const ll_game_tables[];

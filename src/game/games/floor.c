@@ -235,11 +235,6 @@ static void note_pressed(work *w, const ll_rigid *world)
     }
 }
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* The floor's own rules: bodies that it holds come to rest, and nothing exceeds the top speed, also when
  * pushed out of overlap. */
 static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
@@ -249,13 +244,13 @@ static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
     double dx = s->position.x - b->x, dy = s->position.y - b->y, turn = s->angle - b->angle;
     double share = speed > top ? top / speed : 1, mean = ll_sqrt(dx * dx + dy * dy) / dt;
     bool held = b->grip > 0 && b->wanted_vx == 0 && b->wanted_vy == 0 &&
-                speed + magnitude(s->angular_velocity) * ll_floor_bound(b) < REST;
+                speed + ll_abs(s->angular_velocity) * ll_floor_bound(b) < REST;
     b->vx = held ? 0 : share * s->velocity.x;
     b->vy = held ? 0 : share * s->velocity.y;
     b->angular_velocity = held ? 0 : ll_clamp(s->angular_velocity, -top_spin, top_spin);
     b->unsettled = false;
     if (b->vx == 0 && b->vy == 0 && b->angular_velocity == 0) {
-        if (magnitude(dx) < STILL && magnitude(dy) < STILL && magnitude(turn) < STILL)
+        if (ll_abs(dx) < STILL && ll_abs(dy) < STILL && ll_abs(turn) < STILL)
             return;
         b->unsettled = true;
     }

@@ -113,11 +113,6 @@ static double square(double x)
     return x * x;
 }
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* A flight from s0 on for h seconds: for u in [0, 1] its position is from + way u - (0, fall) u^2. */
 typedef struct stretch {
     ll_point from, way;
@@ -136,8 +131,8 @@ static double meets_body(const stretch *t, ll_point a, ll_point b, double radius
 {
     double x0 = t->from.x - a.x, y0 = t->from.y - a.y, x1 = t->way.x - (b.x - a.x),
            y1 = t->way.y - (b.y - a.y);
-    double reach = radius + magnitude(x1) + magnitude(y1) + t->fall; /* bound of their approach */
-    if (magnitude(x0) > reach || magnitude(y0) > reach)
+    double reach = radius + ll_abs(x1) + ll_abs(y1) + t->fall; /* bound of their approach */
+    if (ll_abs(x0) > reach || ll_abs(y0) > reach)
         return NEVER;
     double y2 = -t->fall, roots[4];
     const double c[] = {x0 * x0 + y0 * y0 - square(radius), 2 * (x0 * x1 + y0 * y1),

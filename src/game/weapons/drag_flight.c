@@ -22,11 +22,6 @@ typedef struct walk {
     piece piece;
 } walk;
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 static ll_point acceleration(const ll_flight *f, ll_point v)
 {
     double braking = f->drag * ll_sqrt(v.x * v.x + v.y * v.y);
@@ -67,7 +62,7 @@ static void next(walk *w)
     const ll_flight *f = w->flight;
     const motion m = w->now;
     double speed = ll_sqrt(m.velocity.x * m.velocity.x + m.velocity.y * m.velocity.y);
-    double rate = f->drag * speed + ll_sqrt(f->drag * magnitude(f->gravity));
+    double rate = f->drag * speed + ll_sqrt(f->drag * ll_abs(f->gravity));
     piece *p = &w->piece;
     double most = 0.25 + (p->begin + p->h) / 16, h = STEPS * rate * most > 1 ? 1 / (STEPS * rate) : most;
     w->now = runge_kutta(f, &m, h);
@@ -142,7 +137,7 @@ static piece part_of(const piece *p, double s0, double s1)
 
 static double reach_of(const double *c)
 {
-    return magnitude(c[1]) + magnitude(c[2]) + magnitude(c[3]);
+    return ll_abs(c[1]) + ll_abs(c[2]) + ll_abs(c[3]);
 }
 
 /* Time at which the projectile comes within `radius` of a body that moves linearly from `a` to `b`. The
@@ -151,7 +146,7 @@ static double meets_body(const piece *p, ll_point a, ll_point b, double radius)
 {
     const double x[] = {p->x[0] - a.x, p->x[1] - (b.x - a.x), p->x[2], p->x[3]},
                  y[] = {p->y[0] - a.y, p->y[1] - (b.y - a.y), p->y[2], p->y[3]};
-    if (magnitude(x[0]) > radius + reach_of(x) || magnitude(y[0]) > radius + reach_of(y))
+    if (ll_abs(x[0]) > radius + reach_of(x) || ll_abs(y[0]) > radius + reach_of(y))
         return NEVER;
     double c[LL_DEGREE_MAX + 1] = {-radius * radius}, roots[LL_DEGREE_MAX];
     for (int i = 0; i < 4; i++)

@@ -81,11 +81,6 @@ static ll_time mirror_delay(ll_dejitter_history *h, const ll_dejitter_params *pa
  * relative to it is added. The delay changes by at most a tenth of the time. */
 #define NFE_WEIGHT 0.25
 
-static double size_of(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 static ll_time nfe_delay(ll_dejitter_history *h, const ll_dejitter_params *params,
                          const ll_dejitter_arrival *packet)
 {
@@ -97,7 +92,7 @@ static ll_time nfe_delay(ll_dejitter_history *h, const ll_dejitter_params *param
     }
     double gap = ll_to_ms(packet->sent - h->sent);
     average(&h->gap_ms, gap, NFE_WEIGHT);
-    average(&h->spread_ms, size_of(gap - h->gap_ms), NFE_WEIGHT);
+    average(&h->spread_ms, ll_abs(gap - h->gap_ms), NFE_WEIGHT);
     average(&h->arrivals_ms, ll_to_ms(packet->arrived - h->arrived), NFE_WEIGHT);
     average(&h->late_ms, packet->late_ms, 1.0 / 8);
     double want = h->gap_ms + 1.25 * h->spread_ms;

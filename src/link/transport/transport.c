@@ -409,11 +409,6 @@ bool ll_transport_reliable(const ll_transport *t)
     return ll_delivery_of(t)->reliable;
 }
 
-double ll_transport_window(const ll_transport *t, int side)
-{
-    return t->flow[side].sender.window.bytes;
-}
-
 /* ---- validation ---- */
 
 static bool sender_valid(const ll_transport *t, const ll_flow *f)

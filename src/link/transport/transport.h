@@ -153,6 +153,5 @@ int64_t ll_transport_next(const ll_transport *t, int side);
 ll_time ll_transport_due(const ll_transport *t); /* of the first timer; LL_NEVER: none */
 void ll_transport_run_timers(ll_transport *t, const ll_transport_env *env, ll_time now);
 
-double ll_transport_window(const ll_transport *t, int side); /* congestion window, bytes */
-bool ll_transport_reliable(const ll_transport *t);           /* what is lost is sent again */
-bool ll_transport_valid(const ll_transport *t);              /* for LL_VALIDATE */
+bool ll_transport_reliable(const ll_transport *t); /* what is lost is sent again */
+bool ll_transport_valid(const ll_transport *t);    /* for LL_VALIDATE */

@@ -190,11 +190,6 @@ static void follow_motion(ll_reckoning *r, const ll_world *world, ll_time now)
     r->moved = now;
 }
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* Decides whether an entity is sent, and counts why. */
 static bool is_due(const ll_reckoning *r, ll_reckoning_counts *counts, const ll_reckoned *sent,
                    const ll_entity *e, ll_time now)
@@ -208,7 +203,7 @@ static bool is_due(const ll_reckoning *r, ll_reckoning_counts *counts, const ll_
     }
     model_of(r)->at(sent, ll_to_s(now - sent->time), &model);
     double dx = e->x - model.x, dy = e->y - model.y, off = ll_sqrt(dx * dx + dy * dy);
-    bool far = off > p->threshold_m || magnitude(e->angle - model.angle) > p->threshold_deg * DEGREE;
+    bool far = off > p->threshold_m || ll_abs(e->angle - model.angle) > p->threshold_deg * DEGREE;
     bool old = p->heartbeat_s > 0 && ll_to_s(now - sent->time) >= p->heartbeat_s;
     if (counted) {
         ll_histogram_add(&counts->model_error, off);

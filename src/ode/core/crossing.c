@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/detmath.h"
 #include "ode/core/method_internal.h"
 
 typedef struct search {
@@ -34,16 +35,11 @@ static bool crosses(const ll_ode_event *event, double g0, double g1)
     return (falls && way <= 0) || (rises && way >= 0);
 }
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* Fraction of the step just after the zero crossing of g: T. R. Chandrupatla's method (Adv. Eng. Softw. 28,
  * 1997), inverse quadratic interpolation where it is safe, else bisection. */
 static double crossing(const search *s, double g0, double g1)
 {
-    double resolution = 2 * DBL_EPSILON * (1 + magnitude(s->run->t / s->h));
+    double resolution = 2 * DBL_EPSILON * (1 + ll_abs(s->run->t / s->h));
     double x = 1, g = g1, other = 0, g_other = g0, old = 0, g_old = g0, share = 0.5;
     for (int i = 0; i < 100; i++) {
         double at = x + share * (other - x), g_new = g_at(s, at);
@@ -54,7 +50,7 @@ static double crossing(const search *s, double g0, double g1)
             other = x, g_other = g;
         }
         x = at, g = g_new;
-        double least = resolution / magnitude(other - x);
+        double least = resolution / ll_abs(other - x);
         if (least > 0.5)
             break;
         double xi = (x - other) / (old - other), phi = (g - g_other) / (g_old - g_other);

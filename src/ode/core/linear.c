@@ -2,19 +2,15 @@
 
 #include <float.h>
 
+#include "base/detmath.h"
 #include "ode/core/method_internal.h"
-
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
 
 bool ll_lu_factorise(int n, double *a, int32_t *pivot)
 {
     for (int k = 0; k < n; k++) {
         int best = k;
         for (int i = k + 1; i < n; i++)
-            if (magnitude(a[i * n + k]) > magnitude(a[best * n + k]))
+            if (ll_abs(a[i * n + k]) > ll_abs(a[best * n + k]))
                 best = i;
         pivot[k] = best;
         if (best != k)
@@ -23,7 +19,7 @@ bool ll_lu_factorise(int n, double *a, int32_t *pivot)
                 a[k * n + j] = a[best * n + j];
                 a[best * n + j] = other;
             }
-        if (!(magnitude(a[k * n + k]) > 0) || !(magnitude(a[k * n + k]) <= DBL_MAX))
+        if (!(ll_abs(a[k * n + k]) > 0) || !(ll_abs(a[k * n + k]) <= DBL_MAX))
             return false;
         double inverse = 1 / a[k * n + k];
         for (int i = k + 1; i < n; i++) {
@@ -75,7 +71,7 @@ bool ll_lu_factorise_complex(int n, double *re, double *im, int32_t *pivot)
         int best = k;
         double most = -1;
         for (int i = k; i < n; i++) {
-            double size = magnitude(re[i * n + k]) + magnitude(im[i * n + k]);
+            double size = ll_abs(re[i * n + k]) + ll_abs(im[i * n + k]);
             if (size > most)
                 most = size, best = i;
         }
@@ -139,7 +135,7 @@ void ll_ode_jacobian_at(ll_ode_run *run, const ll_ode *ode, double t, const doub
     for (int i = 0; i < n; i++)
         moved[i] = y[i];
     for (int j = 0; j < n; j++) {
-        double size = magnitude(y[j]);
+        double size = ll_abs(y[j]);
         double step = ll_sqrt(DBL_EPSILON * (size > 1e-5 ? size : 1e-5));
         moved[j] = y[j] + step;
         step = moved[j] - y[j]; /* the step as rounded in y */

@@ -8,11 +8,6 @@
 /* An initial energy below this fraction of the scale is the difference of larger ones. */
 #define NO_ENERGY 1e-6
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 static void raise_to(double *most, double size)
 {
     *most = size > *most ? size : *most;
@@ -26,7 +21,7 @@ void ll_ode_measure_start(ll_ode_measure *m, double *each, const ll_ode_problem 
     m->energy_start = problem->energy ? problem->energy(ode->params, 0, y0) : 0;
     ll_ode_scale_see(&m->scale, problem, ode, 0, y0);
     for (int i = 0; i < ode->dim; i++)
-        each[LL_ODE_SIZE * ode->dim + i] = magnitude(y0[i]);
+        each[LL_ODE_SIZE * ode->dim + i] = ll_abs(y0[i]);
 }
 
 void ll_ode_measure_at(ll_ode_measure *m, double *each, const ll_ode *ode, double t, double span,
@@ -35,10 +30,10 @@ void ll_ode_measure_at(ll_ode_measure *m, double *each, const ll_ode *ode, doubl
     int n = ode->dim;
     double square = 0;
     for (int i = 0; i < n; i++) {
-        double size = magnitude(y[i] - solution[i]);
+        double size = ll_abs(y[i] - solution[i]);
         square += size * size;
         each[LL_ODE_LAST * n + i] = size;
-        raise_to(&each[LL_ODE_SIZE * n + i], magnitude(solution[i]));
+        raise_to(&each[LL_ODE_SIZE * n + i], ll_abs(solution[i]));
         if (!known)
             continue;
         raise_to(&each[LL_ODE_MOST * n + i], size);
@@ -59,7 +54,7 @@ void ll_ode_measure_energy(ll_ode_measure *m, const ll_ode_problem *problem, con
     if (problem->energy == NULL)
         return;
     m->drift = problem->energy(ode->params, m->t, y) - m->energy_start;
-    raise_to(&m->drift_max, magnitude(m->drift));
+    raise_to(&m->drift_max, ll_abs(m->drift));
     const double terms[] = {1, passed, passed * passed, m->drift, passed * m->drift};
     for (int k = 0; k < 5; k++)
         m->sums[k] += span * terms[k];
@@ -118,7 +113,7 @@ bool ll_ode_measure_resolved(const ll_ode_measure *m, const double *each, const 
 
 double ll_ode_measure_relative(const ll_ode_measure *m, double drift)
 {
-    double start = magnitude(m->energy_start), most = m->scale.energy;
+    double start = ll_abs(m->energy_start), most = m->scale.energy;
     return drift / (start > NO_ENERGY * most ? start : most > 0 ? most : 1);
 }
 

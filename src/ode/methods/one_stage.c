@@ -6,6 +6,7 @@
  * followed from y through growing fractions of the step. At a kink of f both may fail; then the iteration is
  * tried undamped. A result is checked: from y, where det(I - w J) is 1, it cannot have passed a turning point
  * if the determinant is positive. If no solution is found, the step fails. */
+#include "base/detmath.h"
 #include "ode/core/linear.h"
 #include "ode/core/method_internal.h"
 
@@ -35,16 +36,11 @@ typedef struct equation {
     double whole; /* largest component at the start of the step */
 } equation;
 
-static double magnitude(double x)
-{
-    return x < 0 ? -x : x;
-}
-
 static double largest(const double *x, int n)
 {
     double most = 0;
     for (int i = 0; i < n; i++) {
-        double size = magnitude(x[i]);
+        double size = ll_abs(x[i]);
         most = size <= most ? most : size; /* keeps NaN */
     }
     return most;
@@ -61,8 +57,8 @@ static void weigh(equation *e)
     for (int i = 0; i < n; i++) {
         double sum = e->whole;
         for (int j = 0; j < n; j++)
-            sum += magnitude(e->w * e->jacobian[i * n + j] * e->z[j]);
-        weight[i] = magnitude(e->z[i]) + magnitude(e->base[i]) + SMALL * sum;
+            sum += ll_abs(e->w * e->jacobian[i * n + j] * e->z[j]);
+        weight[i] = ll_abs(e->z[i]) + ll_abs(e->base[i]) + SMALL * sum;
     }
 }
 
@@ -71,7 +67,7 @@ static double size_of(const equation *e, const double *change)
     const double *weight = ll_ode_work(e->run, WEIGHT);
     double most = 0;
     for (int i = 0; i < e->run->dim; i++) {
-        double size = magnitude(change[i]) / (weight[i] > 0 ? weight[i] : 1);
+        double size = ll_abs(change[i]) / (weight[i] > 0 ? weight[i] : 1);
         most = size <= most ? most : size; /* keeps NaN */
     }
     return most;

@@ -187,13 +187,3 @@ bool ll_bounds_meet(ll_volume volume, const ll_placed_bound *a, const ll_placed_
         return ll_distance(a->shape, a->pose, b->shape, b->pose).distance <= 0;
     }
 }
-
-bool ll_bound_hit(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
-                  ll_pose pose_b)
-{
-    ll_bound made_a = ll_bound_make(volume, a), made_b = ll_bound_make(volume, b);
-    ll_placed_bound at_a, at_b;
-    ll_bound_place(volume, &made_a, pose_a, &at_a);
-    ll_bound_place(volume, &made_b, pose_b, &at_b);
-    return ll_bounds_meet(volume, &at_a, &at_b);
-}

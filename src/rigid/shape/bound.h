@@ -42,8 +42,3 @@ typedef struct ll_placed_bound { /* in the world; only the members of its kind a
 ll_bound ll_bound_make(ll_volume volume, const ll_geometry *g);
 void ll_bound_place(ll_volume volume, const ll_bound *made, ll_pose pose, ll_placed_bound *out);
 bool ll_bounds_meet(ll_volume volume, const ll_placed_bound *a, const ll_placed_bound *b);
-
-/* Makes, places and tests at once. A false hit: the volumes overlap and the exact shapes do not. A missed
- * hit: the reverse, which cannot happen, since a volume encloses its shape. */
-bool ll_bound_hit(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
-                  ll_pose pose_b);

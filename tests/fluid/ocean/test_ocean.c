@@ -38,6 +38,14 @@ static ll_ocean *open(const char *settings)
     return ll_ocean_init(block, &setup);
 }
 
+static ll_wave wave_of(const ll_ocean *o, int64_t index)
+{
+    ll_wave waves[64];
+    assert_true(ll_ocean_setup_of(o)->waves <= 64);
+    ll_ocean_waves(ll_ocean_setup_of(o), waves);
+    return waves[index];
+}
+
 static uint64_t surface_hash(const ll_ocean *o)
 {
     ll_ocean_surface s = ll_ocean_surface_of(o);
@@ -80,7 +88,7 @@ static void crests_run_at_the_speed_of_dispersion(void **state)
     for (int depth = 0; depth < 2; depth++) {
         ll_ocean *o =
             open(depth ? "method=gerstner n=64 waves=1 depth_m=10" : "method=gerstner n=64 waves=1");
-        ll_wave w = ll_ocean_wave(o, 0);
+        ll_wave w = wave_of(o, 0);
         int64_t mx = llround(w.kx * 200 / TURN), mz = llround(w.kz * 200 / TURN);
         double before = phase_of(o, mx, mz), t = 0.7;
         ll_ocean_evaluate(o, ll_ms(1e3 * t));
@@ -103,7 +111,7 @@ static void gerstner_is_the_sum_of_its_waves(void **state)
     for (int64_t at = 0; at < s.n * s.n; at += 37) {
         double x = 200. / 40 * (double)(at % s.n), z = 200. / 40 * (double)(at / s.n), h = 0, dx = 0, dz = 0;
         for (int i = 0; i < 7; i++) {
-            ll_wave w = ll_ocean_wave(o, i);
+            ll_wave w = wave_of(o, i);
             double angle = w.kx * x + w.kz * z - w.frequency * t + w.phase;
             h += w.amplitude * cos(angle);
             dx -= 0.8 * w.kx / w.k * w.amplitude * sin(angle);
@@ -114,7 +122,7 @@ static void gerstner_is_the_sum_of_its_waves(void **state)
         between("dz", s.dz[at] - dz, -1e-12, 1e-12);
     }
     for (int i = 0; i < 7; i++)
-        steep += ll_ocean_wave(o, i).k * ll_ocean_wave(o, i).amplitude;
+        steep += wave_of(o, i).k * wave_of(o, i).amplitude;
     between("sum of k A", steep, 0.05, 1); /* no wave crosses itself */
     free(o);
 }
@@ -124,7 +132,7 @@ static void trochoids_lie_low(void **state)
 {
     (void)state;
     ll_ocean *o = open("method=gerstner n=64 waves=1 wind_angle_rad=0 seed=6");
-    ll_wave w = ll_ocean_wave(o, 0);
+    ll_wave w = wave_of(o, 0);
     ll_ocean_surface s = ll_ocean_surface_of(o);
     double sum = 0, step = 200. / 64;
     for (int64_t i = 0; i < 64; i++) { /* the integral of y dx, dx = (1 + d(dx)/dx0) dx0, along z = 0 */
@@ -322,7 +330,7 @@ static void what_does_not_fit_is_told(void **state)
         if (row == 1) { /* no more energy than the box has room for, within what 40 bands make of it */
             double carried = 0;
             for (int64_t i = 0; i < s->waves; i++)
-                carried += pow(ll_ocean_wave(o, i).amplitude, 2) / 2;
+                carried += pow(wave_of(o, i).amplitude, 2) / 2;
             between("carried", carried / all, 0.5, 1 - fit.shorter + 0.02);
         }
         free(o);

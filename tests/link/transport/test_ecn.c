@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "link/harness.h"
+#include "link/transport/core.h"
 #include "link/transport/pipe.h"
 #include "support/stride.h"
 
@@ -75,7 +76,7 @@ static void press(road *r, double ms)
 
 static double window(const road *r)
 {
-    return ll_transport_window(r->tube->transport, LL_CLIENT_SIDE);
+    return r->tube->transport->flow[LL_CLIENT_SIDE].sender.window.bytes;
 }
 
 /* ---- the law ---- */
