@@ -4,7 +4,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/api/job_requests.h"
+#include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
 #include "experiment/advise/advise.h"
 

@@ -8,10 +8,13 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
+#include "daemon/class/classes.h"
 #include "daemon/hosting/host.h"
 #include "daemon/http/http.h"
+#include "daemon/jobs/jobs.h"
 #include "daemon/listener/web_server.h"
 #include "daemon/store/store.h"
+#include "experiment/store/result_store.h"
 
 struct cJSON;
 
@@ -19,8 +22,6 @@ typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_
 
 typedef struct ll_api_idempotency ll_api_idempotency;
 typedef struct ll_experiments ll_experiments;
-typedef struct ll_jobs ll_jobs;
-typedef struct ll_classes ll_classes;
 
 typedef struct ll_api {
     ll_host *host;
@@ -97,6 +98,43 @@ ll_status ll_api_only(const struct cJSON *object, const char *const *names);
 void ll_api_hash_text(uint64_t hash, char text[17]);
 void ll_api_links(struct cJSON *json, const char *id); /* adds `links` */
 const char *ll_api_status_name(const ll_session_info *info);
+
+/* ---- requests of experiments ---- */
+
+/* The experiment of the path's first parameter. False: not found, and answered. `experiment` may be NULL. */
+bool ll_api_experiment(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                       ll_experiment_record *record, ll_experiment **experiment);
+
+/* Whether a run is small enough to be made for a request. */
+ll_status ll_api_run_size(const ll_api *api, const ll_experiment *experiment, int64_t run);
+
+/* ---- requests of jobs ---- */
+
+/* LL_LIMIT: the address has created too much; counts one more. */
+ll_status ll_api_job_allowed(ll_api *api, const ll_http_request *request);
+
+/* Starts it, and answers 202 with `id`, `owner_key` and `links`, or the error. `path` ends with a slash. */
+void ll_api_job_start(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                      ll_job_spec *spec, const char *path);
+
+void ll_api_job_get(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                    ll_job_kind kind);
+/* `whose`: names the key that it needs. */
+void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                       ll_job_kind kind, const char *whose);
+
+/* ---- requests of classes ---- */
+
+/* The class of the path's first parameter, a code or an id; NULL: the error was answered. */
+ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_http_response *response);
+/* NULL: the class has ended, and a 404 was answered. */
+ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request,
+                            ll_http_response *response);
+void ll_api_refuse(const ll_http_request *request, ll_http_response *response,
+                   const char *sentence); /* 403 */
+/* A body that may be left out; NULL: a 400 was answered. The caller deletes it. */
+struct cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response);
+void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* adds `links` */
 
 /* ---- handlers ---- */
 

@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/api/class_request.h"
+#include "daemon/api/api.h"
 #include "daemon/class/origins.h"
 #include "daemon/http/http_problem.h"
 #include "threads/clock.h"

@@ -6,7 +6,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/api/experiment_requests.h"
 #include "daemon/hosting/quota.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"

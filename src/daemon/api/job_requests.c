@@ -1,4 +1,4 @@
-#include "daemon/api/job_requests.h"
+#include "daemon/api/api.h"
 
 #include <stdio.h>
 

@@ -7,7 +7,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/api/job_requests.h"
+#include "daemon/api/api.h"
 #include "experiment/advise/tradeoff.h"
 #include "experiment/report/tradeoff_json.h"
 #include "experiment/statistics/interval.h"

@@ -1,11 +1,21 @@
 #include "experiment/spec/internal.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
 #include "base/hash.h"
+
+const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed", "skipped"};
+
+void ll_row_clear(ll_row *row)
+{
+    memset(row, 0, sizeof *row);
+    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
+        row->metrics[i] = NAN;
+}
 
 ll_sample_request ll_experiment_sample(const ll_experiment *e)
 {
