@@ -914,8 +914,9 @@ function scaleDoc() {
           'CPU, % of a core',
           'Memory, MB',
         ],
-        [...new Set(rows.map((row) => row.sessions))].map((sessions) => {
-          const of = rows.filter((row) => row.sessions === sessions);
+        [...new Set(rows.map((row) => `${row.sessions} ${row.viewers}`))].map((way) => {
+          const of = rows.filter((row) => `${row.sessions} ${row.viewers}` === way),
+            sessions = of[0].sessions;
           const [viewers, ...figures] = ['viewers', 'hz', 'interval_p99_ms', 'us_per_frame', 'cpu_pct', 'rss_mb'].map((name) =>
             middle(of, name),
           );
