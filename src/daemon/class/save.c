@@ -56,7 +56,7 @@ static void load_link(const cJSON *json, ll_class_link *link)
     const char *session = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "session"));
     *link = (ll_class_link){.held = is_true(json, "held"), .resume = is_true(json, "resume")};
     if (session && ll_is_id(session))
-        memcpy(link->session, session, sizeof link->session);
+        snprintf(link->session, sizeof link->session, "%s", session);
 }
 
 /* Of the players, for whom `flags` is true. */
