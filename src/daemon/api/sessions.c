@@ -84,16 +84,23 @@ static ll_status read_options(const cJSON *body, ll_create_request *create)
 
 /* ---- answer 201 ---- */
 
-static void answer_created(ll_http_response *response, const char *text)
+static void answer_created(ll_http_response *response, const char *text, const char *id)
 {
     ll_http_text(response, 201, text);
-    cJSON *json = cJSON_Parse(text);
-    const cJSON *id = cJSON_GetObjectItemCaseSensitive(json, "id");
     char location[128];
-    snprintf(location, sizeof location, "/api/v1/sessions/%s", cJSON_IsString(id) ? id->valuestring : "");
+    snprintf(location, sizeof location, "/api/v1/sessions/%s", id);
     ll_http_set_header(response, "Location", location);
     ll_http_set_header(response, "Cache-Control", "no-store");
+}
+
+/* The session that an earlier answer reports; NULL: it is gone. The caller releases it. */
+static ll_session_entry *find_created(const ll_api *api, const char *text)
+{
+    cJSON *json = cJSON_Parse(text);
+    const char *id = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "id"));
+    ll_session_entry *session_entry = id ? ll_host_find(api->host, id) : NULL;
     cJSON_Delete(json);
+    return session_entry;
 }
 
 bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
@@ -122,9 +129,9 @@ static char *answer_session(ll_http_response *response, const ll_created_session
     cJSON *json = ll_api_describe_created(created);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
-    ll_session_entry_release(created->session_entry);
     if (text)
-        answer_created(response, text);
+        answer_created(response, text, ll_session_entry_id(created->session_entry));
+    ll_session_entry_release(created->session_entry);
     return text;
 }
 
@@ -176,6 +183,33 @@ static void refuse_repeat(ll_api_repeat repeat, const ll_http_request *request, 
         ll_http_problem_as(response, request, 422, &other);
 }
 
+/* False: what the request had made is gone and forgotten; to be called again. */
+static bool answer_once(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                        const char *key)
+{
+    uint64_t number;
+    char *text = NULL;
+    ll_api_repeat repeat =
+        ll_api_idempotency_begin(api->idempotency, request, ll_api_find_key(request), key, &number, &text);
+    ll_session_entry *before = text ? find_created(api, text) : NULL;
+    bool gone = text && !before;
+    if (gone) {
+        ll_api_idempotency_end(api->idempotency, number, NULL);
+    } else if (repeat == LL_REPEAT_FIRST) {
+        text = create_new(api, request, response);
+        ll_api_idempotency_end(api->idempotency, number, text);
+    } else if (repeat != LL_REPEAT_SAME) {
+        refuse_repeat(repeat, request, response);
+    } else if (text) {
+        answer_created(response, text, ll_session_entry_id(before));
+    } else {
+        response->failed = true; /* no memory for the text */
+    }
+    ll_session_entry_release(before);
+    free(text);
+    return !gone;
+}
+
 void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
@@ -186,19 +220,8 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
         free(create_new(api, request, response));
         return;
     }
-    uint64_t name = 0;
-    char *text = NULL;
-    ll_api_repeat repeat = ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body,
-                                                    request->body_size, &name, &text);
-    if (repeat == LL_REPEAT_FIRST) {
-        text = create_new(api, request, response);
-        ll_api_idempotency_end(api->idempotency, name, text);
-    } else if (repeat == LL_REPEAT_SAME) {
-        answer_created(response, text ? text : "{}");
-    } else {
-        refuse_repeat(repeat, request, response);
+    while (!answer_once(api, request, response, key)) {
     }
-    free(text);
 }
 
 void ll_post_fork(void *context, const ll_http_request *request, ll_http_response *response)

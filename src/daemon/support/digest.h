@@ -10,3 +10,5 @@
  * Any thread. */
 bool ll_digest(const void *a, size_t a_size, const void *b, size_t b_size,
                unsigned char digest[LL_DIGEST_SIZE]);
+/* In constant time. */
+bool ll_digest_equal(const unsigned char a[LL_DIGEST_SIZE], const unsigned char b[LL_DIGEST_SIZE]);

@@ -116,10 +116,6 @@ bool ll_key_hash_make(const char *key, ll_key_hash *hash)
 bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length)
 {
     unsigned char digest[LL_DIGEST_SIZE];
-    if (!ll_digest(hash->bytes, LL_KEY_SALT, key, length, digest))
-        return false;
-    unsigned difference = 0;
-    for (size_t i = 0; i < LL_DIGEST_SIZE; i++)
-        difference |= (unsigned)(digest[i] ^ hash->bytes[LL_KEY_SALT + i]);
-    return difference == 0;
+    return ll_digest(hash->bytes, LL_KEY_SALT, key, length, digest) &&
+           ll_digest_equal(digest, hash->bytes + LL_KEY_SALT);
 }
