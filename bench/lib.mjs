@@ -17,6 +17,12 @@ export const streamClient = join(build, 'bench', 'stream_client');
 const prefix = (process.env.BENCH_PREFIX ?? '').split(' ').filter(Boolean);
 const prefixed = (command, args) => [...prefix, command, ...args];
 
+/** The value of `--name VALUE` on the command line. @param {string} name */
+export function option(name) {
+  const at = process.argv.indexOf(`--${name}`);
+  return at < 0 ? undefined : process.argv[at + 1];
+}
+
 // ---- numbers ----
 
 const sorted = (values) => [...values].sort((a, b) => a - b);
@@ -177,9 +183,12 @@ function temporaryFolder() {
 // ---- the daemon ----
 
 /** A daemon with a store of its own. The limits that a classroom would never meet are raised for the load of a benchmark. */
-export async function startDaemon(...options) {
+export const startDaemon = (...options) => startDaemonOf(laglab, ...options);
+
+/** The same of another program, which `--before BIN` names. */
+export async function startDaemonOf(binary, ...options) {
   const daemon = await start(
-    laglab,
+    binary,
     [
       'serve',
       '--listen',

@@ -1002,6 +1002,42 @@ function fuzzDoc() {
   );
 }
 
+/** Cases that follow each other as `1.2.1 to 1.2.8`. @param {any[]} rows @param {string} kind @param {string} why */
+function casesOf(rows, kind, why) {
+  const parts = [];
+  let run = [];
+  const flush = () => {
+    if (run.length) parts.push(run.length > 2 ? `${run[0]} to ${run[run.length - 1]}` : run.join(', '));
+    run = [];
+  };
+  for (const row of rows) {
+    if (row.kind === kind && row.why === why) run.push(row.case);
+    else flush();
+  }
+  flush();
+  return parts.join(', ');
+}
+
+/** What Autobahn says of each case, and why some are not strict. */
+function autobahnDoc() {
+  return held('autobahn', 'bench/run autobahn --testsuite DIR', (rows) => {
+    const kinds = [...new Set(rows.map((row) => row.kind))];
+    const ways = [...new Set(rows.map((row) => `${row.daemon}, ${row.writes}`))];
+    const of = (/** @type {string} */ way) => rows.filter((row) => `${row.daemon}, ${row.writes}` === way);
+    const reasons = [...new Map(rows.filter((row) => row.why).map((row) => [`${row.kind} ${row.why}`, row])).values()];
+    return [
+      table(
+        ['Daemon, writes', 'Cases', ...kinds],
+        ways.map((way) => [way, of(way).length, ...kinds.map((kind) => of(way).filter((row) => row.kind === kind).length)]),
+      ),
+      table(
+        ['Not strict', 'Why', ...ways],
+        reasons.map(({ kind, why }) => [kind, why, ...ways.map((way) => casesOf(of(way), kind, why))]),
+      ),
+    ].join('\n');
+  });
+}
+
 function crossDoc() {
   return held('cross', './dev cross', (rows) =>
     table(
@@ -1095,6 +1131,7 @@ export function generate(binary) {
         rests: restsDoc(),
         fuzz: fuzzDoc(),
         'other CPUs': crossDoc(),
+        autobahn: autobahnDoc(),
       }),
     ],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
