@@ -1,16 +1,16 @@
-// Access control: the operator's key and the class key, from files and from the environment; and without either.
+// The operator's key and the class key: from files and from the environment, and without either. Who may do what with a key is in
+// access_matrix.csv.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { client, openStream } from '../lib/client.mjs';
+import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const S = '/api/v1/sessions',
   E = '/api/v1/experiments',
-  A = '/api/v1/advise',
   C = '/api/v1/creation';
 const OPERATOR = 'operator-of-this-lab-71',
   CLASS = 'class-7b-autumn',
@@ -39,44 +39,17 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-test('creation needs the class key', async () => {
-  const made = await c.call('POST', S, { body: { scenario: 'race', paused: true }, key: CLASS });
-  assert.equal(made.status, 201, made.text);
-  const { id, owner_key: owner } = made.json;
-  const orders = /** @type {[string, any][]} */ ([
-    [S, { scenario: 'race' }],
-    [`${S}/${id}/fork`, {}],
-    [E, SMALL],
-    [`${E}?dry_run=true`, SMALL],
-    [A, { experiment: SMALL, max_error: 1 }],
-    ['/api/v1/tradeoffs', { family: 'contact_solvers', duration_s: 0.1 }],
-  ]);
-  for (const [place, body] of orders) {
-    const none = await c.call('POST', place, { body });
-    assert.equal(none.status, 401, place);
-    assert.match(none.headers['www-authenticate'], /^Bearer/);
-    assert.match(none.json.detail, /class key/);
-    for (const key of [owner, `${CLASS}x`, CLASS.slice(1), CLASS.toUpperCase()])
-      assert.equal((await c.call('POST', place, { body, key })).status, 403, place);
-    for (const key of [CLASS, OPERATOR]) assert.ok([200, 201, 202].includes((await c.call('POST', place, { body, key })).status), place);
-  }
-  assert.equal((await c.get(`${S}/${id}`)).status, 200, 'shared sessions need no key for watching');
-  const stream = await openStream(daemon.url, `sessions/${id}`);
-  await stream.frame();
-  await stream.close();
-  assert.equal(
-    (await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status,
-    403,
-    'the class key is not an owner key',
-  );
-  assert.equal((await c.call('DELETE', `${S}/${id}`, { key: CLASS })).status, 403);
-  for (const place of [S, E]) assert.equal((await c.get(place, { key: CLASS })).status, 403);
+test('a key that is nearly the class key is another', async () => {
+  const body = { scenario: 'race', paused: true };
+  for (const key of [`${CLASS}x`, CLASS.slice(1), CLASS.slice(0, -1), CLASS.toUpperCase(), ''])
+    assert.equal((await c.call('POST', S, { body, key })).status, 403, key);
+  assert.match((await c.call('POST', S, { body })).json.detail, /class key/);
+  assert.equal((await c.call('POST', S, { body, key: CLASS })).status, 201);
 });
 
-test('the operator lists, ends and deletes anything', async () => {
+test('the operator lists sessions page by page, and experiments', async () => {
   const sessions = [];
   for (let i = 0; i < 5; i++) sessions.push((await c.call('POST', S, { body: { scenario: 'race' }, key: CLASS })).json);
-  assert.equal((await c.get(S)).status, 401);
   const ids = [];
   for (let after = 0; after !== null; ) {
     const { json } = await c.get(`${S}?limit=2&after=${after}`, { key: OPERATOR });
@@ -94,37 +67,18 @@ test('the operator lists, ends and deletes anything', async () => {
     ids,
     (await c.get(S, { key: OPERATOR })).json.sessions.map((/** @type {any} */ s) => s.id),
   );
-  const { id } = sessions[2];
-  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: OPERATOR, body: { op: 'pause' } })).json.status, 'paused');
-  const stream = await openStream(daemon.url, `sessions/${id}`);
-  stream.say({ auth: OPERATOR, id: 1 });
-  assert.equal((await stream.wait((/** @type {any} */ m) => m.type === 'reply' && m.id === 1)).role, 'owner');
-  await stream.close();
-  assert.equal((await c.call('DELETE', `${S}/${id}`, { key: OPERATOR })).status, 204);
-  assert.equal((await c.get(`${S}/${id}`)).status, 404);
-  const x = (await c.call('POST', E, { body: { ...SMALL, repeats: 50000 }, key: CLASS })).json.id;
-  assert.equal((await c.get(E, { key: OPERATOR })).json.experiments.find((/** @type {any} */ e) => e.id === x).state, 'running');
-  assert.equal((await c.call('POST', `${E}/${x}/control`, { key: OPERATOR, body: { op: 'cancel' } })).json.state, 'cancelled');
-  assert.equal((await c.call('DELETE', `${E}/${x}`, { key: OPERATOR })).status, 204);
-  const a = (await c.call('POST', A, { body: { experiment: SMALL, max_error: 1 }, key: CLASS })).json.id;
-  assert.equal((await c.call('DELETE', `${A}/${a}`, { key: CLASS })).status, 403);
-  assert.equal((await c.call('DELETE', `${A}/${a}`, { key: OPERATOR })).status, 204);
+  const x = (await c.call('POST', E, { body: SMALL, key: CLASS })).json.id;
+  assert.ok((await c.get(E, { key: OPERATOR })).json.experiments.some((/** @type {any} */ e) => e.id === x));
 });
 
-test('the operator closes creation and opens it', async () => {
-  const order = { body: { scenario: 'race', paused: true } };
+test('the operator closes creation and opens it; anything else is refused', async () => {
   assert.deepEqual((await c.get(C)).json, { creation: 'class' });
-  assert.equal((await c.call('PUT', C, { body: { creation: 'open' } })).status, 401);
-  assert.equal((await c.call('PUT', C, { body: { creation: 'open' }, key: CLASS })).status, 403);
   for (const body of [{ creation: 'closed' }, { creation: 1 }, {}, { creation: 'open', more: 1 }])
     assert.equal((await c.call('PUT', C, { body, key: OPERATOR })).status, 400);
-  assert.deepEqual((await c.call('PUT', C, { body: { creation: 'operator' }, key: OPERATOR })).json, { creation: 'operator' });
-  assert.equal((await c.call('POST', S, { ...order, key: CLASS })).status, 403);
-  assert.equal((await c.call('POST', S, { ...order, key: OPERATOR })).status, 201);
-  assert.equal((await c.call('PUT', C, { body: { creation: 'open' }, key: OPERATOR })).status, 200);
-  assert.equal((await c.call('POST', S, order)).status, 201);
-  assert.equal((await c.call('PUT', C, { body: { creation: 'class' }, key: OPERATOR })).status, 200);
-  assert.equal((await c.call('POST', S, order)).status, 401);
+  for (const creation of ['operator', 'open', 'class']) {
+    assert.deepEqual((await c.call('PUT', C, { body: { creation }, key: OPERATOR })).json, { creation });
+    assert.deepEqual((await c.get(C)).json, { creation });
+  }
 });
 
 test('a key cannot be guessed: wrong ones are counted by address', async () => {
