@@ -502,7 +502,7 @@ test('who may', async () => {
   const NORTH = { classes: null, sessions: 7, experiments: null, log_bytes: null, new_sessions_per_min: null };
   process.env.LAGLAB_OPERATOR_KEY = key;
   process.env.LAGLAB_CLASS_KEY = 'north class-key-of-this-lab sessions=7';
-  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '4'] }).finally(() => {
+  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '5'] }).finally(() => {
     delete process.env.LAGLAB_OPERATOR_KEY;
     delete process.env.LAGLAB_CLASS_KEY;
   });
@@ -540,6 +540,9 @@ test('who may', async () => {
       await call(method, path, {}, 401, { body: method === 'put' ? body : undefined }, s);
       await call(method, path, {}, 403, { body: method === 'put' ? body : undefined, key: WRONG }, s);
     }
+    const proxied = { headers: { 'x-forwarded-for': '192.0.2.1' } };
+    await call('get', '/metrics', {}, 404, proxied, s);
+    await call('get', '/metrics', {}, 403, { ...proxied, key: WRONG }, s);
     for (const [method, path] of [
       ['get', S],
       ['get', E],
@@ -547,6 +550,7 @@ test('who may', async () => {
       ['put', C],
     ])
       await call(method, path, {}, 429, { body: method === 'put' ? body : undefined, key: WRONG }, s);
+    await call('get', '/metrics', {}, 429, { ...proxied, key: WRONG }, s);
   } finally {
     s.close();
     await closed.stop();

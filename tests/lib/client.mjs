@@ -149,11 +149,12 @@ export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 /** Sends bytes on a connection of its own and gives what came until it was closed or `ms` passed.
  * @returns {Promise<{text: string, closed: boolean, ms: number}>} */
-export function raw(port, bytes, ms = 3000, host = '127.0.0.1') {
+export function raw(at, bytes, ms = 3000, host = '127.0.0.1') {
   return new Promise((resolve) => {
     const begun = performance.now();
     const parts = [];
-    const socket = net.connect(port, host, () => socket.write(bytes));
+    const socket = typeof at === 'number' ? net.connect(at, host) : at;
+    socket.write(bytes);
     const end = (closed) => {
       clearTimeout(timer);
       socket.destroy();

@@ -10,7 +10,7 @@ const DEPLOY = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..
 const read = (/** @type {string} */ name) => readFileSync(path.join(DEPLOY, name), 'utf8');
 
 /** `text` with another part in place of the one that the expression finds; it must be there. */
-function put(/** @type {string} */ text, /** @type {RegExp} */ found, /** @type {string} */ other) {
+export function put(/** @type {string} */ text, /** @type {RegExp} */ found, /** @type {string} */ other) {
   if (!found.test(text)) throw new Error(`not in the configuration: ${found}`);
   return text.replace(found, () => other);
 }
@@ -41,10 +41,14 @@ export function nginxConfig(listen, servers) {
     /(?:^upstream laglab-s\d \{\n.*\n\}\n)+/m,
     servers.map(([name, at]) => `upstream laglab-${name} { server ${at}; }\n`).join(''),
   );
-  text = put(text, /listen 80;/, `listen ${listen};`);
+  return standingAlone(put(text, /listen 80;/, `listen ${listen};`));
+}
+
+/** A file of nginx's sites, in one that runs by itself. @param {string} site */
+export function standingAlone(site) {
   const temporary = ['client_body', 'proxy', 'fastcgi', 'uwsgi', 'scgi'].map((what) => `${what}_temp_path tmp;\n`).join('');
   return `worker_processes 1;\npid nginx.pid;\nerror_log stderr warn;\ndaemon off;\nevents { worker_connections 2048; }
-http {\naccess_log off;\n${temporary}${text}}\n`;
+http {\naccess_log off;\n${temporary}${site}}\n`;
 }
 
 /**

@@ -76,6 +76,17 @@ static bool is_operator(ll_api *api, const ll_http_request *request, ll_http_res
     return false;
 }
 
+bool ll_api_admits_inside(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    if (!ll_http_header(request, "X-Forwarded-For") && !ll_http_header(request, "Forwarded"))
+        return true;
+    if (ll_api_find_key(request))
+        return is_operator(api, request, response);
+    ll_status error = ll_error(LL_NOT_FOUND, "Not found: through a proxy only with the operator's key.");
+    ll_api_problem(response, request, &error);
+    return false;
+}
+
 /* ---- lists ---- */
 
 static ll_status whole(const ll_http_request *request, const char *name, int64_t low, int64_t high,

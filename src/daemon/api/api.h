@@ -72,6 +72,10 @@ bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_resp
  * without a name. */
 struct ll_class_key *ll_api_class_key(const ll_api *api, const ll_http_request *request);
 bool ll_api_is_operator(const ll_api *api, const char *key);
+/* Whether the daemon's own figures may be answered: to who reaches the daemon itself, and through a proxy,
+ * trusted or not, with the operator's key. Otherwise answers 404, or as the key deserves. It holds for each
+ * spelling of the path. */
+bool ll_api_admits_inside(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);

@@ -65,10 +65,9 @@ static void add_join(ll_api *api, const ll_http_request *request, const char *co
     const ll_web_server *web_server = atomic_load(&api->web_server);
     ll_origins_request wanted = {.bound = ll_web_server_address(web_server),
                                  .port = ll_web_server_port(web_server),
-                                 .host = ll_http_header(request, "Host"),
+                                 .host = request->host,
                                  .proxied = request->proxied,
-                                 .forwarded_proto = ll_http_header(request, "X-Forwarded-Proto"),
-                                 .forwarded_host = ll_http_header(request, "X-Forwarded-Host"),
+                                 .tls = request->tls,
                                  .interfaces = interfaces,
                                  .interface_count = ll_interfaces_list(interfaces)};
     ll_origins_choose(&wanted, &origins);

@@ -189,8 +189,9 @@ static void write_keys(ll_http_response *r, ll_api *api)
 
 void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    (void)request;
     ll_api *api = context;
+    if (!ll_api_admits_inside(api, request, response))
+        return;
     ll_web_server *web_server = atomic_load(&api->web_server);
     ll_web_server_stats d = {0};
     if (web_server)

@@ -82,11 +82,8 @@ void ll_origins_choose(const ll_origins_request *request, ll_origins *origins)
     const char *host = is_host(request->host) ? request->host : NULL;
     memset(origins, 0, sizeof *origins);
     if (request->proxied) {
-        bool tls = request->forwarded_proto && strcasecmp(request->forwarded_proto, "https") == 0;
-        if (is_host(request->forwarded_host))
-            host = request->forwarded_host;
         if (host)
-            add(origins, tls ? "https" : "http", host);
+            add(origins, request->tls ? "https" : "http", host);
         origins->local = !host || is_loopback(host);
         return;
     }

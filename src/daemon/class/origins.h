@@ -20,9 +20,9 @@ typedef struct ll_origins {
 typedef struct ll_origins_request {
     const char *bound; /* address that the daemon listens on: `0.0.0.0:8080`, `[::]:8080`, `127.0.0.1:8080` */
     uint16_t port;
-    const char *host; /* header Host; NULL: none */
-    bool proxied;     /* a trusted proxy passed it on: its headers count, and its address alone */
-    const char *forwarded_proto, *forwarded_host; /* X-Forwarded-Proto and -Host; NULL: none */
+    const char *host; /* where the client asked; NULL: unknown */
+    bool proxied;     /* through a trusted proxy: only its address counts */
+    bool tls;         /* by https */
     const ll_interface *interfaces;
     int interface_count;
 } ll_origins_request;

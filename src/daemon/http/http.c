@@ -169,11 +169,20 @@ static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, con
     return MHD_YES;
 }
 
+/* What a trusted proxy says of its client. A host that the header Host may not have is one that the client
+ * wrote and the proxy passed on. */
 static void name_client(http_exchange *exchange)
 {
     forwarded_list list = {""};
+    ll_http_request *request = &exchange->request;
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_forwarded, &list);
-    ll_proxies_client(exchange->http->proxies, list.text, exchange->request.peer);
+    ll_proxies_client(exchange->http->proxies, list.text, request->peer);
+    const char *proto = ll_http_header(request, "X-Forwarded-Proto");
+    const char *host = ll_http_header(request, "X-Forwarded-Host");
+    request->tls = proto != NULL && strcasecmp(proto, "https") == 0;
+    if (host != NULL && ll_allow_host(&exchange->http->allow, (ll_text){host, strlen(host)})) {
+        request->host = host;
+    }
 }
 
 static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *path,
@@ -202,6 +211,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->request.path = exchange->path;
     exchange->request.body = "";
     exchange->request.impl = exchange;
+    exchange->request.host = ll_http_header(&exchange->request, "Host");
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);

@@ -26,10 +26,13 @@ typedef struct ll_http_request {
     const char *parameter[LL_HTTP_PARAMETERS]; /* values of the pattern's {..} in order; the wildcard last */
     const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
     size_t body_size;
-    char peer[48];        /* address of the client, without port; behind a trusted proxy, the address that it
-                             forwards */
-    bool proxied;         /* it came through a trusted proxy, whose X-Forwarded headers are true */
-    char id[65];          /* X-Request-Id as received, or generated */
+    char peer[48]; /* address of the client, without port; behind a trusted proxy, the address that it
+                      forwards */
+    bool proxied;  /* it came through a trusted proxy, whose X-Forwarded headers are true */
+    bool tls;      /* the client reached that proxy by https */
+    const char
+        *host;   /* where the client asked: Host, or what a trusted proxy has in its place; may be NULL */
+    char id[65]; /* X-Request-Id as received, or generated */
     struct ll_task *task; /* for LL_HTTP_TASK; else NULL */
     const void *impl;
 } ll_http_request;

@@ -225,15 +225,14 @@ static bool in_list(const char *list, ll_text text)
 
 /* ---- host and origin ---- */
 
-/* Removes `:port`; `[addr6]` keeps its brackets. */
+/* Removes `:port`, of digits alone; `[addr6]` keeps its brackets. */
 static ll_text without_port(ll_text host)
 {
-    if (host.size > 0 && host.at[0] == '[') {
-        const char *close = memchr(host.at, ']', host.size);
-        return close != NULL ? (ll_text){host.at, (size_t)(close - host.at) + 1} : host;
+    size_t size = host.size;
+    while (size > 0 && host.at[size - 1] >= '0' && host.at[size - 1] <= '9') {
+        size--;
     }
-    const char *colon = memchr(host.at, ':', host.size);
-    return colon != NULL ? (ll_text){host.at, (size_t)(colon - host.at)} : host;
+    return size > 0 && host.at[size - 1] == ':' ? (ll_text){host.at, size - 1} : host;
 }
 
 static bool is_address(ll_text host)

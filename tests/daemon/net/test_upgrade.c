@@ -90,6 +90,11 @@ static void test_hosts(void **state)
     assert_false(ll_allow_host(&allow, T("")));
     assert_false(ll_allow_host(&allow, (ll_text){0}));
     assert_false(ll_allow_host(&allow, T("[")));
+    assert_false(ll_allow_host(&allow, T("::1")));
+    assert_false(ll_allow_host(&allow, T("[::1]x:80")));
+    assert_true(ll_allow_host(&allow, T("lab.example:")));
+    assert_false(ll_allow_host(&allow, T("lab.example:80@evil.example")));
+    assert_false(ll_allow_host(&allow, T("lab.example:80/evil.example:80")));
 }
 
 static void test_origins(void **state)
