@@ -18,12 +18,14 @@ static bool inside(ll_text text, const char *bytes, size_t size)
 
 static void look_at_parts(const ll_head *head, const char *bytes, size_t size)
 {
-    const ll_text parts[] = {head->method, head->target,  head->host,      head->upgrade, head->connection,
-                             head->key,    head->version, head->protocols, head->origin};
+    const ll_text parts[] = {head->method,  head->target, head->host,  head->key,
+                             head->version, head->origin, head->length};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         FUZZ_CHECK(inside(parts[i], bytes, size));
     FUZZ_CHECK(head->size > 0 && head->size <= size && bytes[head->size - 1] == '\n');
     FUZZ_CHECK(head->method.size > 0 && head->target.size > 0);
+    for (int f = 0; f < LL_STREAM_PROTOCOLS; f++)
+        FUZZ_CHECK(head->protocol_at[f] >= 0 && head->protocol_at[f] <= head->protocols);
 }
 
 static void check_upgrade(const ll_head *head, const ll_allow *allow)
@@ -45,7 +47,7 @@ static void check_upgrade(const ll_head *head, const ll_allow *allow)
     FUZZ_CHECK(id >= 1 && id <= 64);
     FUZZ_CHECK(strspn(upgrade.id, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_") == id);
     FUZZ_CHECK(ll_allow_host(allow, head->host) && ll_allow_origin(allow, head->origin, head->host));
-    FUZZ_CHECK(head->http11 && !head->twice);
+    FUZZ_CHECK(head->http11 && head->twice == NULL && !head->encoded);
 }
 
 static size_t next_shorter(size_t n, size_t whole)

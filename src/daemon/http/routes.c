@@ -149,17 +149,12 @@ static void refuse_method(http_exchange *exchange, const char *allow)
 
 /* ---- streams ---- */
 
-static enum MHD_Result count_duplicates(void *closure, enum MHD_ValueKind kind, const char *name,
-                                        const char *value)
+static enum MHD_Result add_header(void *closure, enum MHD_ValueKind kind, const char *name, size_t name_size,
+                                  const char *value, size_t value_size)
 {
-    (void)kind, (void)value;
-    int *counts = closure;
-    static const char *const names[] = {
-        "Upgrade", "Connection", "Sec-WebSocket-Key", "Sec-WebSocket-Version", "Sec-WebSocket-Protocol",
-        "Origin",  "Host"};
-    for (int i = 0; i < 7; i++) {
-        counts[i] += strcasecmp(name, names[i]) == 0;
-    }
+    (void)kind;
+    ll_head_add(closure, (ll_text){name, name_size},
+                value != NULL ? (ll_text){value, value_size} : (ll_text){"", 0});
     return MHD_YES;
 }
 
@@ -170,19 +165,8 @@ static void begin_stream(http_exchange *exchange, const char *version)
     const ll_http_request *request = &exchange->request;
     ll_head head = {.method = text_of(exchange->head ? "HEAD" : request->method),
                     .target = text_of(exchange->path),
-                    .host = text_of(ll_http_header(request, "Host")),
-                    .upgrade = text_of(ll_http_header(request, "Upgrade")),
-                    .connection = text_of(ll_http_header(request, "Connection")),
-                    .version = text_of(ll_http_header(request, "Sec-WebSocket-Version")),
-                    .key = text_of(ll_http_header(request, "Sec-WebSocket-Key")),
-                    .protocols = text_of(ll_http_header(request, "Sec-WebSocket-Protocol")),
-                    .origin = text_of(ll_http_header(request, "Origin")),
                     .http11 = strcmp(version, "HTTP/1.1") == 0};
-    int counts[7] = {0};
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_duplicates, counts);
-    for (int i = 0; i < 7; i++) {
-        head.twice = head.twice || counts[i] > 1;
-    }
+    MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, add_header, &head);
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);

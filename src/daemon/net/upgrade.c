@@ -4,7 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
-const char *const ll_stream_protocols[2] = {
+const char *const ll_stream_protocols[LL_STREAM_PROTOCOLS] = {
     [LL_FRAME_BINARY] = "laglab.v2.bin", [LL_FRAME_JSON] = "laglab.v2.json"};
 
 static bool is_name_character(char c)
@@ -42,6 +42,52 @@ const char *ll_target_fault(const char *target)
         arguments += *query == '&';
     }
     return arguments > LL_ARGUMENTS_MAX ? "query: must have at most 64 arguments" : NULL;
+}
+
+/* ---- lists ---- */
+
+/* Takes the first element of a comma separated list; false at its end. */
+static bool next_element(ll_text *list, ll_text *element)
+{
+    while (list->at != NULL && list->size > 0) {
+        const char *comma = memchr(list->at, ',', list->size);
+        size_t size = comma != NULL ? (size_t)(comma - list->at) : list->size;
+        *element = trim((ll_text){list->at, size});
+        size_t used = comma != NULL ? size + 1 : size;
+        list->at += used;
+        list->size -= used;
+        if (element->size > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool has_token(ll_text list, const char *token)
+{
+    ll_text element;
+    while (next_element(&list, &element)) {
+        if (equals(element, token)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool same(ll_text a, ll_text b)
+{
+    return a.size == b.size && strncasecmp(a.at, b.at, a.size) == 0;
+}
+
+static bool in_list(const char *list, ll_text text)
+{
+    ll_text rest = {list, list != NULL ? strlen(list) : 0}, element;
+    while (next_element(&rest, &element)) {
+        if (same(element, text)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* ---- heads ---- */
@@ -96,18 +142,49 @@ static bool parse_request_line(ll_text line, ll_head *head)
     return true;
 }
 
-static bool parse_field(ll_text line, ll_head *head)
+static void add_protocols(ll_head *head, ll_text list)
+{
+    ll_text element;
+    while (next_element(&list, &element)) {
+        head->protocols++;
+        for (int f = 0; f < LL_STREAM_PROTOCOLS; f++) {
+            if (head->protocol_at[f] == 0 && element.size == strlen(ll_stream_protocols[f]) &&
+                memcmp(element.at, ll_stream_protocols[f], element.size) == 0) {
+                head->protocol_at[f] = head->protocols;
+            }
+        }
+    }
+}
+
+void ll_head_add(ll_head *head, ll_text name, ll_text value)
 {
     const struct {
         const char *name;
         ll_text *value;
-    } wanted[] = {{"Host", &head->host},
-                  {"Upgrade", &head->upgrade},
-                  {"Connection", &head->connection},
-                  {"Sec-WebSocket-Version", &head->version},
-                  {"Sec-WebSocket-Key", &head->key},
-                  {"Sec-WebSocket-Protocol", &head->protocols},
-                  {"Origin", &head->origin}};
+    } once[] = {{"Host", &head->host},
+                {"Sec-WebSocket-Version", &head->version},
+                {"Sec-WebSocket-Key", &head->key},
+                {"Origin", &head->origin},
+                {"Content-Length", &head->length}};
+    if (equals(name, "Upgrade")) {
+        head->websocket = head->websocket || has_token(value, "websocket");
+    } else if (equals(name, "Connection")) {
+        head->upgrade = head->upgrade || has_token(value, "upgrade");
+    } else if (equals(name, "Sec-WebSocket-Protocol")) {
+        add_protocols(head, value);
+    } else if (equals(name, "Transfer-Encoding")) {
+        head->encoded = true;
+    }
+    for (size_t i = 0; i < sizeof once / sizeof *once; i++) {
+        if (equals(name, once[i].name)) {
+            head->twice = once[i].value->at != NULL ? once[i].name : head->twice;
+            *once[i].value = value;
+        }
+    }
+}
+
+static bool parse_field(ll_text line, ll_head *head)
+{
     const char *colon = memchr(line.at, ':', line.size);
     if (colon == NULL || colon == line.at) {
         return false;
@@ -121,12 +198,7 @@ static bool parse_field(ll_text line, ll_head *head)
     if (memchr(line.at, '\0', line.size) != NULL || memchr(line.at, '\r', line.size) != NULL) {
         return false;
     }
-    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
-        if (equals(name, wanted[i].name)) {
-            head->twice = head->twice || wanted[i].value->at != NULL;
-            *wanted[i].value = trim((ll_text){colon + 1, (size_t)(line.at + line.size - colon - 1)});
-        }
-    }
+    ll_head_add(head, name, trim((ll_text){colon + 1, (size_t)(line.at + line.size - colon - 1)}));
     return true;
 }
 
@@ -175,52 +247,6 @@ ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
         }
     }
     return LL_HEAD_PARTIAL;
-}
-
-/* ---- lists ---- */
-
-/* Takes the first element of a comma separated list; false at its end. */
-static bool next_element(ll_text *list, ll_text *element)
-{
-    while (list->at != NULL && list->size > 0) {
-        const char *comma = memchr(list->at, ',', list->size);
-        size_t size = comma != NULL ? (size_t)(comma - list->at) : list->size;
-        *element = trim((ll_text){list->at, size});
-        size_t used = comma != NULL ? size + 1 : size;
-        list->at += used;
-        list->size -= used;
-        if (element->size > 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-bool ll_has_token(ll_text list, const char *token)
-{
-    ll_text element;
-    while (next_element(&list, &element)) {
-        if (equals(element, token)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool same(ll_text a, ll_text b)
-{
-    return a.size == b.size && strncasecmp(a.at, b.at, a.size) == 0;
-}
-
-static bool in_list(const char *list, ll_text text)
-{
-    ll_text rest = {list, list != NULL ? strlen(list) : 0}, element;
-    while (next_element(&rest, &element)) {
-        if (same(element, text)) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /* ---- host and origin ---- */
@@ -335,20 +361,22 @@ static bool is_key(ll_text key)
 }
 
 /* The client's order decides; only sessions stream anything but JSON. */
-static bool choose_protocol(ll_text list, ll_stream_kind kind, ll_frame_format *format)
+static bool choose_protocol(const ll_head *head, ll_stream_kind kind, ll_frame_format *format)
 {
-    ll_text element;
-    while (next_element(&list, &element)) {
-        for (int f = 0; f < 2; f++) {
-            bool offered = kind == LL_STREAM_SESSION || f == LL_FRAME_JSON;
-            if (offered && element.size == strlen(ll_stream_protocols[f]) &&
-                memcmp(element.at, ll_stream_protocols[f], element.size) == 0) {
-                *format = (ll_frame_format)f;
-                return true;
-            }
-        }
+    int bin = kind == LL_STREAM_SESSION ? head->protocol_at[LL_FRAME_BINARY] : 0,
+        json = head->protocol_at[LL_FRAME_JSON];
+    *format = bin != 0 && (json == 0 || bin < json) ? LL_FRAME_BINARY : LL_FRAME_JSON;
+    return bin != 0 || json != 0;
+}
+
+static bool has_body(const ll_head *head)
+{
+    ll_text length = head->length;
+    while (length.size > 0 && *length.at == '0') {
+        length.at++;
+        length.size--;
     }
-    return false;
+    return head->encoded || length.size > 0;
 }
 
 static ll_status refuse(int *http_status, int status, ll_code code, const char *field, const char *text)
@@ -366,15 +394,19 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     if (!equals(head->method, "GET")) {
         return refuse(http_status, 405, LL_BAD_INPUT, "", "method: must be GET for a stream");
     }
-    if (head->twice) {
-        return refuse(http_status, 400, LL_BAD_INPUT, "", "duplicate upgrade header");
+    if (head->twice != NULL) {
+        *http_status = 400;
+        return ll_field_error(LL_BAD_INPUT, head->twice, "%s: must come once", head->twice);
+    }
+    if (has_body(head)) {
+        return refuse(http_status, 400, LL_BAD_INPUT, head->encoded ? "Transfer-Encoding" : "Content-Length",
+                      "body: an upgrade must have none");
     }
     if (!ll_allow_host(allow, head->host)) {
         return refuse(http_status, 421, LL_FORBIDDEN, "Host",
                       "Host: must be localhost, an address or a name given by --allow-host");
     }
-    if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") ||
-        !head->http11) {
+    if (!head->websocket || !head->upgrade || !head->http11) {
         return refuse(http_status, 426, LL_BAD_INPUT, "Upgrade",
                       "not a WebSocket upgrade: send `Connection: Upgrade` and `Upgrade: websocket`");
     }
@@ -386,7 +418,7 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Key",
                       "Sec-WebSocket-Key: must be 16 bytes in base64 (24 characters)");
     }
-    if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
+    if (!choose_protocol(head, upgrade->kind, &upgrade->format)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",
                       upgrade->kind == LL_STREAM_SESSION
                           ? "Sec-WebSocket-Protocol: must be laglab.v2.bin or laglab.v2.json"

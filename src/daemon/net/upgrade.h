@@ -22,21 +22,32 @@ typedef enum ll_head_state {
     LL_HEAD_HTTP2,   /* preface of HTTP/2 */
 } ll_head_state;
 
+/* Formats of frames, by the names that Sec-WebSocket-Protocol has for them. */
+enum { LL_STREAM_PROTOCOLS = 2 };
+
+/* What an upgrade is decided by. The lists Upgrade, Connection and Sec-WebSocket-Protocol may come in several
+ * lines. */
 typedef struct ll_head {
-    ll_text method, target, host, upgrade, connection, version, key, protocols, origin;
+    ll_text method, target, host, version, key, origin, length;
     bool http11;
-    bool twice;  /* duplicate of a header that matters for routing */
-    size_t size; /* of the head with its empty line */
+    bool websocket;                       /* Upgrade has it */
+    bool upgrade;                         /* Connection has it */
+    bool encoded;                         /* there is a Transfer-Encoding */
+    int protocols;                        /* in Sec-WebSocket-Protocol */
+    int protocol_at[LL_STREAM_PROTOCOLS]; /* place of each format of frames among them, from 1; 0: none */
+    const char *twice;                    /* a header that came again and may not; NULL: none */
+    size_t size;                          /* of the head with its empty line */
 } ll_head;
 
 ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head);
+
+/* One header; `value` without surrounding space. */
+void ll_head_add(ll_head *head, ll_text name, ll_text value);
 
 /* Why a request's target must not reach a handler: the library would truncate it (`%00`) or reject it (too
  * many arguments). NULL: no fault. */
 const char *ll_target_fault(const char *target);
 enum { LL_ARGUMENTS_MAX = 64 };
-
-bool ll_has_token(ll_text list, const char *token); /* comma separated, case ignored */
 
 /* Allowed hosts and origins. Lists are comma separated; empty or NULL: only the default ones. */
 typedef struct ll_allow {
@@ -73,4 +84,4 @@ typedef struct ll_upgrade {
  * status to refuse it with (400, 403, 405, 421, 426). Does not check that the session exists. */
 ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrade *upgrade, int *http_status);
 
-extern const char *const ll_stream_protocols[2]; /* by ll_frame_format */
+extern const char *const ll_stream_protocols[LL_STREAM_PROTOCOLS]; /* by ll_frame_format */

@@ -93,6 +93,46 @@ static void test_handshake(void **state)
     assert_int_equal(net_ask(f.port, post, answer, sizeof answer), 405);
 }
 
+/* The same answers on a connection that libmicrohttpd owns already. */
+static void test_small_print(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *extra;
+        int status;
+        const char *field;
+    } cases[] = {
+        {"Upgrade: h2c\r\nConnection: keep-alive\r\nSec-WebSocket-Protocol: other\r\n", 101, NULL},
+        {"Content-Length: 0\r\n", 101, NULL},
+        {"Content-Length: 5\r\n", 400, "\"Content-Length\""},
+        {"Transfer-Encoding: chunked\r\n", 400, "\"Transfer-Encoding\""},
+        {"Sec-WebSocket-Version: 13\r\n", 400, "\"Sec-WebSocket-Version\""},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        for (int kept = 0; kept < 2; kept++) {
+            char request[600];
+            snprintf(request, sizeof request,
+                     "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
+                     "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+                     "dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " BIN "\r\n%s\r\n%s",
+                     cases[i].extra,
+                     cases[i].status == 101                  ? ""
+                     : strncmp(cases[i].extra, "Tr", 2) == 0 ? "5\r\n\x89\x80xxx\r\n0\r\n\r\n"
+                                                             : "\x89\x80xxx");
+            int fd = net_connect(f.port);
+            if (kept) {
+                assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+            }
+            assert_int_equal(net_request(fd, request, answer, sizeof answer), cases[i].status);
+            if (cases[i].field != NULL) {
+                assert_non_null(strstr(answer, "application/problem+json"));
+                assert_non_null(strstr(answer, cases[i].field));
+            }
+            close(fd);
+        }
+    }
+}
+
 static void test_frames(void **state)
 {
     (void)state;
@@ -444,7 +484,7 @@ static void test_kept_refusals(void **state)
     close(fd);
     fd = net_connect(f.port);
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
-    assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Upgrade: websocket\r\n"), 400);
+    assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"), 400);
     close(fd);
     for (int i = 0; i < 20; i++) { /* closed at once */
         fd = net_connect(f.port);
@@ -561,6 +601,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_handshake),
+        cmocka_unit_test(test_small_print),
         cmocka_unit_test(test_frames),
         cmocka_unit_test(test_credit),
         cmocka_unit_test(test_late_acknowledgements),

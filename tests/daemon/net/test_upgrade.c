@@ -22,7 +22,7 @@ static void test_every_prefix_is_partial(void **state)
     (void)state;
     static const char head[] =
         "GET /api/v1/sessions/abc/stream?x=1 HTTP/1.1\r\nHost: lab\r\nORIGIN:http://lab\r\n"
-        "Connection: keep-alive , Upgrade\r\n\r\nrest";
+        "Connection: keep-alive ,\r\nConnection: Upgrade\r\nUpgrade: h2c , WebSocket\r\n\r\nrest";
     ll_head parsed;
     size_t whole = sizeof head - 1 - 4;
     for (size_t size = 0; size < whole; size++) {
@@ -38,9 +38,8 @@ static void test_every_prefix_is_partial(void **state)
     assert_int_equal(parsed.size, whole);
     assert_memory_equal(parsed.host.at, "lab", parsed.host.size);
     assert_memory_equal(parsed.origin.at, "http://lab", parsed.origin.size);
-    assert_true(ll_has_token(parsed.connection, "upgrade"));
-    assert_false(ll_has_token(parsed.connection, "keep"));
-    assert_false(parsed.twice);
+    assert_true(parsed.upgrade && parsed.websocket);
+    assert_null(parsed.twice);
 }
 
 static void test_heads(void **state)
@@ -69,7 +68,77 @@ static void test_heads(void **state)
     }
     static const char twice[] = "GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\n\r\n";
     assert_int_equal(ll_head_parse(twice, sizeof twice - 1, &head), LL_HEAD_WHOLE);
-    assert_true(head.twice);
+    assert_string_equal(head.twice, "Host");
+}
+
+#define BIN "laglab.v2.bin"
+#define JSON "laglab.v2.json"
+#define HOST "Host: localhost\r\n"
+#define UPGRADE "Upgrade: websocket\r\nConnection: Upgrade\r\n"
+#define VERSION "Sec-WebSocket-Version: 13\r\n"
+#define KEY "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+#define PROTOCOL(names) "Sec-WebSocket-Protocol: " names "\r\n"
+
+/* Lists may come in several lines (RFC 9110 5.3, RFC 6455 11.3.4); everything else once, and without a
+ * body. */
+static void test_upgrades(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *kind, *headers;
+        int status;
+        ll_frame_format format;
+        const char *field;
+    } cases[] = {
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN), 101, LL_FRAME_BINARY, ""},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL("x, " JSON ", " BIN), 101, LL_FRAME_JSON, ""},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL("x") PROTOCOL(BIN) PROTOCOL(JSON), 101,
+         LL_FRAME_BINARY, ""},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(JSON) PROTOCOL(BIN), 101, LL_FRAME_JSON, ""},
+        {"classes", HOST UPGRADE VERSION KEY PROTOCOL(BIN) PROTOCOL(JSON), 101, LL_FRAME_JSON, ""},
+        {"classes", HOST UPGRADE VERSION KEY PROTOCOL(BIN), 400, 0, "Sec-WebSocket-Protocol"},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL("Laglab.v2.bin"), 400, 0, "Sec-WebSocket-Protocol"},
+        {"sessions", HOST UPGRADE VERSION KEY, 400, 0, "Sec-WebSocket-Protocol"},
+        {"sessions",
+         HOST "Connection: keep-alive\r\nUpgrade: websocket, h2c\r\nConnection: x, Upgrade\r\n" VERSION KEY
+             PROTOCOL(BIN),
+         101, LL_FRAME_BINARY, ""},
+        {"sessions",
+         HOST "Upgrade: h2c\r\nUpgrade: websocket\r\nConnection: Upgrade, HTTP2-Settings\r\n" VERSION KEY
+             PROTOCOL(BIN),
+         101, LL_FRAME_BINARY, ""},
+        {"sessions", HOST "Upgrade: h2c\r\nConnection: Upgrade\r\n" VERSION KEY PROTOCOL(BIN), 426, 0,
+         "Upgrade"},
+        {"sessions", HOST "Upgrade: websocket\r\nConnection: close\r\n" VERSION KEY PROTOCOL(BIN), 426, 0,
+         "Upgrade"},
+        {"sessions", HOST UPGRADE VERSION KEY KEY PROTOCOL(BIN), 400, 0, "Sec-WebSocket-Key"},
+        {"sessions", HOST UPGRADE VERSION VERSION KEY PROTOCOL(BIN), 400, 0, "Sec-WebSocket-Version"},
+        {"sessions", HOST HOST UPGRADE VERSION KEY PROTOCOL(BIN), 400, 0, "Host"},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: 7\r\n", 400, 0,
+         "Content-Length"},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: x\r\n", 400, 0,
+         "Content-Length"},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Transfer-Encoding: chunked\r\n", 400, 0,
+         "Transfer-Encoding"},
+        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: 00\r\n", 101, LL_FRAME_BINARY,
+         ""},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[600];
+        ll_head head;
+        ll_upgrade upgrade;
+        int status;
+        int size = snprintf(text, sizeof text, "GET /api/v1/%s/a/stream HTTP/1.1\r\n%s\r\n", cases[i].kind,
+                            cases[i].headers);
+        assert_int_equal(ll_head_parse(text, (size_t)size, &head), LL_HEAD_WHOLE);
+        ll_status error = ll_upgrade_check(&head, &(ll_allow){0}, &upgrade, &status);
+        assert_int_equal(status, cases[i].status);
+        assert_string_equal(error.field, cases[i].field);
+        if (status == 101) {
+            assert_int_equal(upgrade.format, cases[i].format);
+            assert_string_equal(upgrade.key, "dGhlIHNhbXBsZSBub25jZQ==");
+        }
+    }
 }
 
 static void test_hosts(void **state)
@@ -211,6 +280,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_prefix_is_partial),
         cmocka_unit_test(test_heads),
+        cmocka_unit_test(test_upgrades),
         cmocka_unit_test(test_hosts),
         cmocka_unit_test(test_origins),
         cmocka_unit_test(test_stream_paths),
