@@ -54,7 +54,8 @@ function check(method, template, answer) {
 
 /** Calls an operation and holds the answer against the document. */
 async function call(method, template, values, status, wish = {}, who = c) {
-  const path = template.replace(/{(\w+)}/g, (_, name) => values[name]) + (wish.query ?? '');
+  const all = { player: 0, number: 1, ...values };
+  const path = template.replace(/{(\w+)}/g, (_, name) => all[name]) + (wish.query ?? '');
   const answer = await who.call(method.toUpperCase(), path, wish);
   check(method, template, answer);
   assert.equal(answer.status, status, `${method} ${path}: ${answer.text.slice(0, 300)}`);
@@ -369,6 +370,9 @@ const OF_A_CLASS = [
   ['get', R, undefined, null],
   ['patch', R, { phase: 'lobby' }, 'teacher'],
   ['put', `${R}/board`, { scenario: 'race' }, 'teacher'],
+  ['delete', `${R}/seats/{player}`, undefined, 'teacher'],
+  ['get', `${R}/members`, undefined, 'teacher'],
+  ['delete', `${R}/members/{number}`, undefined, 'teacher'],
   ['post', `${R}/members`, {}, null],
   ['get', `${R}/member`, undefined, 'member'],
   ['patch', `${R}/member`, { role: 'watch' }, 'member'],
@@ -394,6 +398,22 @@ test('a class', async () => {
   await call('patch', R, { id }, 200, { key: teacher, type: 'application/merge-patch+json', body: { phase: 'predict', choices: 2 } });
   await call('put', `${R}/vote`, { id }, 204, { key: token, body: { step: 0, choice: 1 } });
   await call('patch', R, { id }, 200, { key: teacher, body: { phase: 'locked' } });
+  await call('post', `${R}/members`, { id }, 200, { key: token, body: { role: 'watch' } });
+  const { members } = (await call('get', `${R}/members`, { id }, 200, { key: teacher })).json;
+  assert.deepEqual(
+    members.map(({ number, player }) => [number, player]),
+    [
+      [1, 0],
+      [2, null],
+    ],
+  );
+  await call('delete', `${R}/seats/{player}`, { id }, 204, { key: teacher });
+  await call('delete', `${R}/seats/{player}`, { id, player: 63 }, 404, { key: teacher });
+  await call('delete', `${R}/members/{number}`, { id }, 400, { key: teacher, query: '?and=all' });
+  await call('delete', `${R}/members/{number}`, { id }, 409, { key: teacher, query: '?and=address' });
+  await call('delete', `${R}/members/{number}`, { id }, 204, { key: teacher });
+  await call('delete', `${R}/members/{number}`, { id }, 404, { key: teacher });
+  await call('post', `${R}/members`, { id }, 403, { key: playing.token });
   const keys = { teacher, member: token };
   for (const [method, path, body, whose] of OF_A_CLASS) {
     const key = whose ? keys[whose] : undefined;
@@ -431,14 +451,17 @@ test('speed against error', async () => {
 });
 
 test('a class: codes that do not exist, and who may open one', async () => {
-  const strict = await startDaemon({ args: ['--max-code-lookups-per-min', '1', '--max-new-sessions-per-min', '3'] });
+  const strict = await startDaemon({
+    args: ['--max-code-lookups-per-min', '1', '--max-new-sessions-per-min', '3', '--trusted-proxy', '127.0.0.1'],
+  });
+  const headers = { 'x-forwarded-for': '192.0.2.1' }; /* not where the class was opened */
   const s = client(strict.url);
   try {
     const { code, teacher_key: teacher } = (await call('post', K, {}, 201, {}, s)).json;
     const { token } = (await call('post', `${R}/members`, { id: code }, 201, {}, s)).json;
-    await call('get', R, { id: code === '2222' ? '3333' : '2222' }, 404, {}, s);
+    await call('get', R, { id: code === '2222' ? '3333' : '2222' }, 404, { headers }, s);
     for (const [method, path, body, whose] of OF_A_CLASS)
-      await call(method, path, { id: code }, 429, { body, key: whose === 'member' ? token : teacher }, s);
+      await call(method, path, { id: code }, 429, { body, headers, key: whose === 'member' ? token : teacher }, s);
     await call('post', K, {}, 201, {}, s);
     await call('post', K, {}, 201, {}, s);
     await call('post', K, {}, 429, {}, s);

@@ -704,6 +704,7 @@ export class Explorer {
             phase: d.pick(['lobby', 'predict', 'locked', 'run', 'stopped', 'explain', 'free']),
             choices: d.below(5),
             stop_tick: d.pick([0, 30, 200]),
+            door: d.pick(['open', 'open', 'closed']),
           },
         }),
       () => this.call('patch', C, name, { key, body: { frozen: d.chance(0.5), together: d.chance(0.5) } }),
@@ -722,6 +723,15 @@ export class Explorer {
         if (answer.status === 201 && answer.json.copy)
           this.sessions.push({ id: answer.json.copy, owner_key: answer.json.copy_key, player_keys: [] });
       },
+      () => this.call('get', `${C}/members`, name, { key: d.pick([key, member()]) }),
+      () => this.call('delete', `${C}/seats/{player}`, { ...name, player: d.below(3) }, { key }),
+      () =>
+        this.call(
+          'delete',
+          `${C}/members/{number}`,
+          { ...name, number: d.below(30) },
+          { key, query: d.pick(['', '?and=later', '?and=address']) },
+        ),
       () => this.call('get', `${C}/member`, name, { key: member() }),
       async () => {
         const answer = await this.call('patch', `${C}/member`, name, { key: member(), body: made('Wish') });
@@ -764,7 +774,13 @@ export class Explorer {
         : template.startsWith('/api/v1/classes')
           ? this.classes[0]
           : this.jobs[0];
-    const values = /** @type {any} */ ({ id: of?.id ?? NOBODY, code: of?.code ?? '2222', run: d.pick([0, 1, -1, 'x', 1e20]) });
+    const values = /** @type {any} */ ({
+      id: of?.id ?? NOBODY,
+      code: of?.code ?? '2222',
+      run: d.pick([0, 1, -1, 'x', 1e20]),
+      number: d.below(9),
+      player: d.below(3),
+    });
     if (template === '/api/v1/scenarios/{id}') values.id = d.pick(this.scenarios).id;
     const query = [...(item.parameters ?? []), ...(operation.parameters ?? [])]
       .map(resolve)

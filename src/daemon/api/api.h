@@ -138,6 +138,10 @@ void ll_api_refuse(const ll_http_request *request, ll_http_response *response,
                    const char *sentence); /* 403 */
 /* A body that may be left out; NULL: a 400 was answered. The caller deletes it. */
 struct cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response);
+/* Locks the class for its teacher, or the operator. NULL: the error was answered. */
+ll_class *ll_api_lock_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
+                                  ll_http_response *response);
+void ll_api_delete_copy(ll_api *api, const char *id, struct ll_task *task); /* a session; empty: none */
 void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* adds `links` */
 
 /* ---- handlers ---- */
@@ -154,5 +158,6 @@ ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experime
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation, ll_get_class_keys;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;
+ll_http_handler ll_get_members, ll_delete_members, ll_delete_seat;
 ll_http_handler ll_post_members, ll_get_member, ll_patch_member, ll_delete_member, ll_put_vote;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

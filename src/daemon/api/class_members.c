@@ -20,8 +20,10 @@ static ll_class *lock_for_member(ll_class_entry *entry, const ll_http_request *r
     *place = ll_class_find(c, key, strlen(key));
     if (*place >= 0)
         return c;
+    bool removed = ll_class_has_removed(c, key, strlen(key));
     ll_class_entry_unlock(entry);
-    ll_api_refuse(request, response, "Unknown token: no member of this class has it. Join again.");
+    ll_api_refuse(request, response,
+                  removed ? LL_CLASS_OUT : "Unknown token: no member of this class has it. Join again.");
     return NULL;
 }
 
@@ -66,7 +68,7 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
     return made;
 }
 
-static void delete_session(ll_api *api, const char *id, struct ll_task *task)
+void ll_api_delete_copy(ll_api *api, const char *id, struct ll_task *task)
 {
     ll_session_entry *session = ll_host_find(api->host, id);
     if (session)
@@ -101,7 +103,7 @@ static bool give_copy(ll_api *api, ll_class_entry *entry, const who *w, bool fre
     }
     if (c)
         ll_class_entry_unlock(entry);
-    delete_session(api, unwanted, request->task);
+    ll_api_delete_copy(api, unwanted, request->task);
     return true;
 }
 
@@ -109,22 +111,20 @@ static bool give_copy(ll_api *api, ll_class_entry *entry, const who *w, bool fre
 static bool grant(ll_api *api, ll_class_entry *entry, const who *w, const ll_class_wish *wish,
                   const ll_http_request *request, ll_http_response *response, ll_created_session *created)
 {
-    if (wish->role == LL_CLASS_COPY)
-        return give_copy(api, entry, w, wish->fresh, request, response, created);
     ll_class *c = ll_api_lock_class(entry, request, response);
     if (!c)
         return false;
-    ll_status status = ll_error(LL_NOT_FOUND, "The member has left.");
-    if (is_there(c, w)) {
-        status = ll_ok();
-        if (wish->role == LL_CLASS_PLAY)
-            status = ll_class_claim(c, w->place, (int)wish->player, ll_now_ns());
-        else
-            ll_class_watch(c, w->place);
-    }
+    ll_status status = is_there(c, w) ? ll_class_act(c, w->place, ll_now_ns())
+                                      : ll_error(LL_NOT_FOUND, "The member has left.");
+    if (!ll_failed(&status) && wish->role == LL_CLASS_PLAY)
+        status = ll_class_claim(c, w->place, (int)wish->player, ll_now_ns());
+    else if (!ll_failed(&status) && wish->role == LL_CLASS_WATCH)
+        ll_class_watch(c, w->place);
     ll_class_entry_unlock(entry);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
+    else if (wish->role == LL_CLASS_COPY)
+        return give_copy(api, entry, w, wish->fresh, request, response, created);
     return !ll_failed(&status);
 }
 
@@ -161,52 +161,48 @@ static bool read_wish(const cJSON *body, const ll_http_request *request, ll_http
     return !ll_failed(&status) && !(wish->role == LL_CLASS_COPY && ll_http_become_task(request, response));
 }
 
-static bool join(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response, who *w,
-                 char token[LL_KEY_LENGTH + 1])
+static ll_status arrive(ll_class *c, ll_class_arrival *arrival, who *w, char copy[LL_ID_LENGTH + 1])
 {
-    ll_key_hash hash;
+    arrival->now = ll_now_ns();
+    arrival->unix_s = ll_unix_ms() / 1000;
+    LL_TRY(ll_class_admits(c, arrival->client));
+    LL_TRY(ll_class_join(c, arrival, &w->place, copy));
+    w->number = c->members[w->place].number;
+    return ll_ok();
+}
+
+static bool join(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
+                 ll_http_response *response, who *w, char token[LL_KEY_LENGTH + 1])
+{
+    ll_class_arrival arrival = {.client = ll_class_client(request->peer)};
     ll_status status = ll_error(LL_NO_MEMORY, "Random numbers for tokens not available.");
-    bool made = ll_new_key(token) && ll_key_hash_make(token, &hash);
+    char copy[LL_ID_LENGTH + 1] = "";
+    bool made = ll_new_key(token) && ll_key_hash_make(token, &arrival.token);
     ll_class *c = made ? ll_api_lock_class(entry, request, response) : NULL;
     if (made && !c)
         return false;
     if (c) {
-        status = ll_class_join(c, &hash, ll_now_ns(), &w->place);
-        w->number = ll_failed(&status) ? 0 : c->members[w->place].number;
+        status = arrive(c, &arrival, w, copy);
         ll_class_entry_unlock(entry);
     }
+    ll_api_delete_copy(api, copy, request->task);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     return !ll_failed(&status);
 }
 
-static void leave(ll_class_entry *entry, const who *w)
+static void leave(ll_api *api, ll_class_entry *entry, const who *w, struct ll_task *task)
 {
+    char copy[LL_ID_LENGTH + 1] = "";
     ll_class *c = ll_class_entry_lock(entry);
     if (!c)
         return;
-    if (is_there(c, w))
+    if (is_there(c, w)) {
+        memcpy(copy, c->members[w->place].copy.session, sizeof copy);
         ll_class_leave(c, w->place);
-    ll_class_entry_unlock(entry);
-}
-
-void ll_post_members(void *context, const ll_http_request *request, ll_http_response *response)
-{
-    char token[LL_KEY_LENGTH + 1];
-    ll_class_wish wish;
-    who w;
-    ll_created_session created = {.session_entry = NULL};
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    cJSON *body = entry ? ll_api_optional_body(request, response) : NULL;
-    if (body && read_wish(body, request, response, &wish) && join(entry, request, response, &w, token)) {
-        if (grant(context, entry, &w, &wish, request, response, &created))
-            answer_member(entry, &w, token, &created, request, response);
-        else
-            leave(entry, &w);
     }
-    ll_session_entry_release(created.session_entry);
-    cJSON_Delete(body);
-    ll_class_entry_release(entry);
+    ll_class_entry_unlock(entry);
+    ll_api_delete_copy(api, copy, task);
 }
 
 /* The member that asks; false: the error was answered. */
@@ -219,6 +215,45 @@ static bool find_member(ll_class_entry *entry, const ll_http_request *request, l
     w->number = c->members[w->place].number;
     ll_class_entry_unlock(entry);
     return true;
+}
+
+/* Who comes with a token that the class knows: its device is not a new one. */
+static bool comes_back(ll_class_entry *entry, const ll_http_request *request)
+{
+    const char *key = ll_api_find_key(request);
+    ll_class *c = key ? ll_class_entry_lock(entry) : NULL;
+    if (!c)
+        return false;
+    bool known = ll_class_find(c, key, strlen(key)) >= 0 || ll_class_has_removed(c, key, strlen(key));
+    ll_class_entry_unlock(entry);
+    return known;
+}
+
+static void enter(ll_api *api, ll_class_entry *entry, const ll_class_wish *wish,
+                  const ll_http_request *request, ll_http_response *response)
+{
+    char token[LL_KEY_LENGTH + 1];
+    who w;
+    ll_created_session created = {.session_entry = NULL};
+    bool known = comes_back(entry, request);
+    bool entered =
+        known ? find_member(entry, request, response, &w) : join(api, entry, request, response, &w, token);
+    if (entered && grant(api, entry, &w, wish, request, response, &created))
+        answer_member(entry, &w, known ? NULL : token, &created, request, response);
+    else if (entered && !known)
+        leave(api, entry, &w, request->task);
+    ll_session_entry_release(created.session_entry);
+}
+
+void ll_post_members(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_class_wish wish;
+    ll_class_entry *entry = ll_api_class(context, request, response);
+    cJSON *body = entry ? ll_api_optional_body(request, response) : NULL;
+    if (body && read_wish(body, request, response, &wish))
+        enter(context, entry, &wish, request, response);
+    cJSON_Delete(body);
+    ll_class_entry_release(entry);
 }
 
 void ll_get_member(void *context, const ll_http_request *request, ll_http_response *response)
@@ -250,7 +285,7 @@ void ll_delete_member(void *context, const ll_http_request *request, ll_http_res
     who w;
     ll_class_entry *entry = ll_api_class(context, request, response);
     if (entry && find_member(entry, request, response, &w)) {
-        leave(entry, &w);
+        leave(context, entry, &w, request->task);
         response->status = 204;
     }
     ll_class_entry_release(entry);
@@ -270,8 +305,9 @@ void ll_put_vote(void *context, const ll_http_request *request, ll_http_response
     } else if (body) {
         ll_class *c = ll_api_lock_class(entry, request, response);
         if (c) {
-            status = is_there(c, &w) ? ll_class_vote(c, w.place, &ballot)
+            status = is_there(c, &w) ? ll_class_act(c, w.place, ll_now_ns())
                                      : ll_error(LL_FORBIDDEN, "Unknown token: the member has left.");
+            LL_THEN(status, ll_class_vote(c, w.place, &ballot));
             ll_class_entry_unlock(entry);
             if (ll_failed(&status))
                 ll_api_problem(response, request, &status);

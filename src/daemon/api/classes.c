@@ -38,8 +38,7 @@ void ll_api_refuse(const ll_http_request *request, ll_http_response *response, c
     ll_api_problem(response, request, &error);
 }
 
-/* Locks the class for its teacher, or the operator. NULL: the error was answered. */
-static ll_class *lock_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
+ll_class *ll_api_lock_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
                                   ll_http_response *response)
 {
     const char *key = ll_api_key(request, response, "the class's teacher_key");
@@ -82,7 +81,7 @@ static void add_join(ll_api *api, const ll_http_request *request, const char *co
 
 void ll_api_class_links(const ll_class_entry *entry, cJSON *json)
 {
-    static const char *const parts[] = {"stream", "board", "members", "member", "vote"};
+    static const char *const parts[] = {"stream", "board", "seats", "members", "member", "vote"};
     char path[80];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, "/api/v1/classes/%s", ll_class_entry_id(entry));
@@ -160,7 +159,7 @@ void ll_get_class(void *context, const ll_http_request *request, ll_http_respons
 void ll_patch_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    ll_class *c = entry ? lock_for_teacher(context, entry, request, response) : NULL;
+    ll_class *c = entry ? ll_api_lock_for_teacher(context, entry, request, response) : NULL;
     if (c) {
         ll_class_entry_unlock(entry); /* the body is parsed without the lock */
         cJSON *body = ll_api_body(request, response);
@@ -179,7 +178,7 @@ void ll_patch_class(void *context, const ll_http_request *request, ll_http_respo
 void ll_delete_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && lock_for_teacher(context, entry, request, response)) {
+    if (entry && ll_api_lock_for_teacher(context, entry, request, response)) {
         ll_class_entry_unlock(entry);
         ll_class_entry_end(entry, "the teacher has ended the class");
         response->status = 204;
@@ -259,7 +258,7 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
 void ll_put_board(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && lock_for_teacher(context, entry, request, response)) {
+    if (entry && ll_api_lock_for_teacher(context, entry, request, response)) {
         ll_class_entry_unlock(entry);
         cJSON *body = ll_api_body(request, response);
         if (body)

@@ -8,6 +8,9 @@
 
 #include "session/session.h"
 
+#define ACTS_PER_S 2.0 /* votes and changes of part of a member */
+#define ACTS_BURST 20.0
+
 /* ---- begin and end ---- */
 
 ll_status ll_class_init(ll_class *c, int capacity, const ll_key_hash *teacher)
@@ -174,45 +177,6 @@ bool ll_class_drives(const ll_class *c, int player)
 
 /* ---- members ---- */
 
-/* The place of the member that has been away for longest, and holds no seat; -1: none may be dropped. */
-static int find_leaver(const ll_class *c, ll_time now)
-{
-    int oldest = -1;
-    for (int i = 0; i < c->capacity; i++) {
-        const ll_class_member *m = &c->members[i];
-        bool away = m->connections == 0 && now - m->heard > LL_CLASS_EVICT_NS;
-        if (away && (m->player < 0 || c->board.script[m->player]) &&
-            (oldest < 0 || m->heard < c->members[oldest].heard))
-            oldest = i;
-    }
-    return oldest;
-}
-
-ll_status ll_class_join(ll_class *c, const ll_key_hash *token, ll_time now, int *place)
-{
-    int found = 0;
-    while (found < c->capacity && c->members[found].used)
-        found++;
-    if (found == c->capacity) {
-        found = find_leaver(c, now);
-        if (found < 0)
-            return ll_error(LL_LIMIT, "The class is full: it has %d members (--max-class-members).",
-                            c->capacity);
-        ll_class_leave(c, found);
-    }
-    c->members[found] = (ll_class_member){.used = true,
-                                          .number = ++c->numbers,
-                                          .token = *token,
-                                          .role = LL_CLASS_WATCH,
-                                          .player = -1,
-                                          .choice = -1,
-                                          .heard = now,
-                                          .round_trip_ns = -1};
-    *place = found;
-    c->stirred = true;
-    return ll_ok();
-}
-
 void ll_class_leave(ll_class *c, int place)
 {
     free_seat(c, place);
@@ -228,6 +192,13 @@ int ll_class_find(const ll_class *c, const char *token, size_t length)
             found = i;
     }
     return found;
+}
+
+ll_status ll_class_act(ll_class *c, int place, ll_time now)
+{
+    return ll_bucket_take(&c->members[place].acts, ACTS_PER_S, ACTS_BURST, now)
+               ? ll_ok()
+               : ll_error(LL_LIMIT, "Too many votes and changes of part from this device.");
 }
 
 static void name_seat(const ll_class *c, int player, char text[48])
@@ -263,6 +234,9 @@ static ll_status choose_seat(const ll_class *c, int place, int *player)
 ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now)
 {
     ll_class_member *m = &c->members[place];
+    if (now < m->no_seat_until)
+        return ll_error(LL_CONFLICT, "The teacher has freed the seat for others: wait %d s.",
+                        (int)((m->no_seat_until - now) / LL_SECOND) + 1);
     ll_status status = choose_seat(c, place, &player);
     if (ll_failed(&status))
         return status;
@@ -277,6 +251,18 @@ ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now)
     m->heard = now;
     m->notified = false;
     c->changed = true;
+    return ll_ok();
+}
+
+ll_status ll_class_free_seat(ll_class *c, int player, ll_time now)
+{
+    if (player >= c->board.players)
+        return ll_error(LL_NOT_FOUND, "The board has no player %d.", player);
+    int holder = ll_class_holder(c, player);
+    if (holder < 0)
+        return ll_ok();
+    free_seat(c, holder);
+    c->members[holder].no_seat_until = now + LL_CLASS_SEAT_NS;
     return ll_ok();
 }
 
@@ -327,6 +313,7 @@ void ll_class_connected(ll_class *c, int place, ll_time now)
 {
     ll_class_member *m = &c->members[place];
     m->connections++;
+    m->seen = true;
     m->notified = false;
     c->stirred = true;
     come_back(c, m, now);

@@ -1,8 +1,14 @@
 /* A class as values: phase, question, members, seats, votes. No thread, no lock, no session: classes.h has
  * these. Time is an argument (monotonic ns), and keys come as hashes.
  *
- * A member is a token. It watches, holds a seat (a player of the board's netgame, whose inputs it sends) or
- * has a copy of the board. Nothing else is known of it: no name, no address.
+ * A member is a device: who has its token. It watches, holds a seat (a player of the board's netgame, whose
+ * inputs it sends) or has a copy of the board. Of its address there is a hash, for the shares of places;
+ * there is no name.
+ *
+ * Places: while one is free, anyone gets it. When the class is full a newcomer gets the place of who is not
+ * there, or of the newest member of the address that has the most, as long as that has at least two more than
+ * the newcomer's: one device can fill a class, but keeps no other out. The address at which the class was
+ * opened, a school's perhaps, keeps half of the places. See places.c.
  *
  * A seat stays with its holder for LL_CLASS_SEAT_NS without a sign of life. Then the script takes it, and
  * any member may claim it; until one does, the holder gets it back by connecting again. */
@@ -14,18 +20,23 @@
 #include "base/status.h"
 #include "base/vtime.h"
 #include "daemon/support/keys.h"
+#include "daemon/support/rate_limits.h"
 #include "input/action.h"
 #include "param/param.h"
 
 struct cJSON;
 
 enum {
-    LL_CLASS_CHOICES = 8,    /* at most, of a question */
-    LL_CLASS_LESSON_MAX = 64 /* characters of a lesson's id */
+    LL_CLASS_CHOICES = 8,     /* at most, of a question */
+    LL_CLASS_LESSON_MAX = 64, /* characters of a lesson's id */
+    LL_CLASS_REMOVED = 64     /* devices, and addresses, that stay out: the last ones */
 };
 #define LL_CLASS_SILENT_NS (6 * LL_SECOND) /* without a sign of life: the seat's state is `away` */
 #define LL_CLASS_SEAT_NS (20 * LL_SECOND)  /* then the script takes the seat */
 #define LL_CLASS_EVICT_NS (60 * LL_SECOND) /* then a member without connection makes room for a new one */
+#define LL_CLASS_SHOW_NS (5 * LL_SECOND)   /* the same for one that never had a connection */
+
+#define LL_CLASS_OUT "The teacher has removed this device from the class."
 
 typedef enum ll_class_phase {
     LL_CLASS_LOBBY,
@@ -41,12 +52,20 @@ typedef enum ll_class_role { LL_CLASS_WATCH, LL_CLASS_PLAY, LL_CLASS_COPY } ll_c
 
 extern const char *const ll_class_phases[], *const ll_class_roles[]; /* NULL-terminated */
 
+typedef enum ll_class_door { LL_CLASS_OPEN, LL_CLASS_CLOSED } ll_class_door;
+
+/* Whom the teacher removes: a member, it and all who came later, or all of its address. */
+typedef enum ll_class_reach { LL_CLASS_ONE, LL_CLASS_LATER, LL_CLASS_ADDRESS } ll_class_reach;
+
+extern const char *const ll_class_reaches[]; /* NULL-terminated */
+
 /* What the teacher sets; rows of ll_class_table. */
 typedef struct ll_class_settings {
     int32_t phase; /* an ll_class_phase */
     char lesson[LL_CLASS_LESSON_MAX + 1];
     int64_t step, choices, stop_tick;
     bool frozen, together;
+    int32_t door; /* an ll_class_door */
 } ll_class_settings;
 
 extern const ll_param_table ll_class_table;
@@ -76,8 +95,15 @@ typedef struct ll_class_link {
 
 typedef struct ll_class_member {
     bool used;
-    uint32_t number; /* distinguishes members that had the same place one after the other */
+    uint32_t
+        number; /* in order of arrival: distinguishes members that had the same place one after the other */
     ll_key_hash token;
+    uint64_t client;       /* hash of the address from which it joined */
+    int group;             /* of the members of that address: 0 is shown as A */
+    int64_t joined_s;      /* seconds since 1970 */
+    bool seen;             /* it had a connection */
+    ll_time no_seat_until; /* the teacher has freed its seat for others */
+    ll_bucket acts;        /* limits its votes and changes of part */
     ll_class_role role;
     int player; /* whose seat it holds; -1: none */
     int choice; /* its vote; -1: none */
@@ -109,6 +135,7 @@ typedef struct ll_class_board {
 
 typedef struct ll_class {
     ll_key_hash teacher;
+    uint64_t home; /* hash of the address at which it was opened */
     ll_class_settings now;
     ll_class_board board;
     struct {
@@ -118,6 +145,12 @@ typedef struct ll_class {
     ll_class_member *members; /* `capacity` places */
     int capacity;
     uint32_t numbers;
+    struct {
+        ll_key_hash token;
+        uint32_t number;
+    } removed[LL_CLASS_REMOVED]; /* devices that the teacher has removed; `removals` counts all of them */
+    uint64_t barred[LL_CLASS_REMOVED]; /* addresses, as `client`; `bars` counts */
+    uint32_t removals, bars;
     uint32_t serial; /* of the broadcast */
     bool changed;    /* to be sent at once */
     bool stirred;    /* to be sent soon: counts and measurements */
@@ -136,10 +169,36 @@ void ll_class_set_players(ll_class *c, const struct cJSON *params, uint32_t vers
 /* The board as last seen. A board that has stopped by itself ends phase `run`. */
 void ll_class_see_board(ll_class *c, int status, int64_t tick);
 
-/* A new member that watches. LL_LIMIT: the class is full. */
-ll_status ll_class_join(ll_class *c, const ll_key_hash *token, ll_time now, int *place);
+typedef struct ll_class_arrival {
+    ll_key_hash token;
+    uint64_t client;
+    ll_time now;
+    int64_t unix_s;
+} ll_class_arrival;
+
+/* LL_FORBIDDEN: the door is closed, or the devices of this address stay out. */
+ll_status ll_class_admits(const ll_class *c, uint64_t client);
+/* A new member that watches. LL_LIMIT: the class is full. `copy`: the session of who gave way for it, which
+ * is to be deleted; empty: none. */
+ll_status ll_class_join(ll_class *c, const ll_class_arrival *arrival, int *place,
+                        char copy[LL_ID_LENGTH + 1]);
 void ll_class_leave(ll_class *c, int place);
 int ll_class_find(const ll_class *c, const char *token, size_t length); /* -1: no member's */
+/* Whether the teacher has removed the member that had this token, or this number. */
+bool ll_class_has_removed(const ll_class *c, const char *token, size_t length);
+bool ll_class_has_removed_number(const ll_class *c, uint32_t number);
+int ll_class_count(const ll_class *c);               /* members */
+int ll_class_at(const ll_class *c, uint64_t client); /* members of this address */
+
+/* The teacher removes a member, and whom `reach` says with it; they stay out. `removed` is called with the
+ * copy of each. LL_NOT_FOUND; LL_CONFLICT: the address is that at which the class was opened. */
+ll_status ll_class_remove(ll_class *c, uint32_t number, ll_class_reach reach,
+                          void (*removed)(void *context, const char *copy), void *context);
+/* The teacher frees a seat: its holder watches, and may not take one for LL_CLASS_SEAT_NS. */
+ll_status ll_class_free_seat(ll_class *c, int player, ll_time now);
+
+/* LL_LIMIT: the member votes and changes its part too often; else it is counted. */
+ll_status ll_class_act(ll_class *c, int place, ll_time now);
 
 /* Gives the seat of `player`, or with -1 the first free one. LL_CONFLICT: it is taken. */
 ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now);
@@ -171,3 +230,4 @@ ll_status ll_class_load(ll_class *c, int capacity, const struct cJSON *json, ll_
 /* The broadcast: {"type","serial","phase",...}. */
 struct cJSON *ll_class_describe(const ll_class *c, ll_time now);
 struct cJSON *ll_class_describe_member(const ll_class *c, int place); /* what only this member receives */
+struct cJSON *ll_class_describe_members(const ll_class *c);           /* what only the teacher receives */

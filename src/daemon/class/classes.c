@@ -17,7 +17,8 @@ static const ll_param rows[] = {
     {ROW(max_client_classes, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 20,
      .help = "Classes that one address has open at once."},
     {ROW(max_class_members, LL_PARAM_INT), .min = 1, .max = 1000, .default_value = 64,
-     .help = "Members of a class; those without a connection for a minute make room for new ones."},
+     .help = "Members of a class; in a full one those without a connection, and those of the address with "
+             "the most, make room."},
     {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 500,
      .help = "Sessions that were made for one class, boards and copies."},
     {ROW(class_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
@@ -29,28 +30,43 @@ const ll_param_table ll_classes_table = {
 
 /* ---- finding ---- */
 
+uint64_t ll_class_client(const char *peer)
+{
+    return ll_hash(0, peer, strlen(peer));
+}
+
+/* Whether the code is known at this address already: the class was opened there, or has a member there.
+ */
+static bool is_known_at(const ll_class_entry *entry, uint64_t client)
+{
+    return entry && (entry->values.home == client || ll_class_at(&entry->values, client) > 0);
+}
+
 /* Looking up takes a token and finding gives it back, so that only codes that do not exist are counted: a
- * class of thirty joins at once from one address, and a client that has guessed too often learns nothing
- * more. */
+ * class of thirty joins at once from one address. A client that has guessed too often learns only what is
+ * known at its address, so that who guesses keeps no other device behind the same router out of its class. */
 ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **result)
 {
     char code[LL_CODE_LENGTH + 1];
     bool by_code = ll_code_read(name, code);
     ll_time now = ll_now_ns();
     *result = NULL;
-    if (by_code && !ll_rate_limits_take(classes->lookups, peer, now))
-        return ll_error(LL_LIMIT, "Too many codes looked up from this address that do not exist.");
+    bool allowed = !by_code || ll_rate_limits_take(classes->lookups, peer, now);
     pthread_mutex_lock(&classes->lock);
     ll_class_entry *entry = ll_classes_find_entry(classes, by_code ? code : name, by_code);
+    if (!allowed && !is_known_at(entry, ll_class_client(peer)))
+        entry = NULL;
     if (entry) {
         ll_class_entry_retain(entry);
         entry->used = now;
     }
     pthread_mutex_unlock(&classes->lock);
+    if (!entry && !allowed)
+        return ll_error(LL_LIMIT, "Too many codes looked up from this address that do not exist.");
     if (!entry)
         return ll_error(LL_NOT_FOUND,
                         "Class not found. It has ended, or its daemon kept nothing over a restart.");
-    if (by_code)
+    if (by_code && allowed)
         ll_rate_limits_take_many(classes->lookups, peer, -1, now);
     *result = entry;
     return ll_ok();
@@ -63,7 +79,7 @@ static ll_status check_quota(const ll_classes *classes, const ll_class_entry *en
     int64_t own = 0;
     ll_class_key *key = entry->class_key;
     for (const ll_class_entry *other = classes->first; other && !key; other = other->next)
-        own += !other->key_name[0] && other->client == entry->client;
+        own += !other->key_name[0] && other->values.home == entry->values.home;
     if (classes->count >= classes->config.max_classes)
         return ll_error(LL_LIMIT, "classes: must be at most %lld at once (--max-classes)",
                         (long long)classes->config.max_classes);
@@ -115,13 +131,13 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
     }
     atomic_init(&entry->references, 1);
     entry->classes = classes;
-    entry->client = ll_hash(0, peer, strlen(peer));
     entry->class_key = class_key;
     if (class_key)
         memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
     entry->used = ll_now_ns();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
     if (!ll_failed(&status)) {
+        entry->values.home = ll_class_client(peer);
         pthread_mutex_lock(&classes->lock);
         status = add(classes, entry);
         pthread_mutex_unlock(&classes->lock);

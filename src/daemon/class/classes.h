@@ -50,6 +50,8 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
 ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **entry);
 void ll_class_entry_release(ll_class_entry *entry); /* NULL: no effect */
 
+uint64_t ll_class_client(const char *peer); /* hash of an address */
+
 const char *ll_class_entry_id(const ll_class_entry *entry);
 const char *ll_class_entry_code(const ll_class_entry *entry);
 ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry); /* NULL: none */

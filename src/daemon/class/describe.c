@@ -67,6 +67,7 @@ cJSON *ll_class_describe(const ll_class *c, ll_time now)
     cJSON_AddBoolToObject(json, "frozen", c->now.frozen);
     cJSON_AddBoolToObject(json, "together", c->now.together);
     cJSON_AddNumberToObject(json, "stop_tick", (double)c->now.stop_tick);
+    cJSON_AddStringToObject(json, "door", c->now.door == LL_CLASS_CLOSED ? "closed" : "open");
     add_tally(c, json);
     add_seats(c, json, now);
     cJSON_AddNumberToObject(json, "n", connected);
@@ -88,6 +89,7 @@ cJSON *ll_class_describe_member(const ll_class *c, int place)
     const ll_class_member *m = &c->members[place];
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "type", "member");
+    cJSON_AddNumberToObject(json, "number", m->number);
     cJSON_AddStringToObject(json, "role", ll_class_roles[m->role]);
     cJSON_AddItemToObject(json, "player",
                           m->player >= 0 ? cJSON_CreateNumber(m->player) : cJSON_CreateNull());
@@ -95,5 +97,45 @@ cJSON *ll_class_describe_member(const ll_class *c, int place)
                           m->choice >= 0 ? cJSON_CreateNumber(m->choice) : cJSON_CreateNull());
     cJSON_AddItemToObject(json, "copy",
                           m->copy.session[0] ? cJSON_CreateString(m->copy.session) : cJSON_CreateNull());
+    return json;
+}
+
+/* A, B, ... Z, AA, AB, ... */
+static void write_group(int group, char text[4])
+{
+    int at = 0;
+    if (group >= 26)
+        text[at++] = (char)('A' + (group / 26 - 1) % 26);
+    text[at++] = (char)('A' + group % 26);
+    text[at] = '\0';
+}
+
+static cJSON *describe_place(const ll_class *c, const ll_class_member *m)
+{
+    char group[4];
+    cJSON *json = cJSON_CreateObject();
+    write_group(m->group, group);
+    cJSON_AddNumberToObject(json, "number", m->number);
+    cJSON_AddStringToObject(json, "role", ll_class_roles[m->role]);
+    cJSON_AddItemToObject(json, "player",
+                          m->player >= 0 ? cJSON_CreateNumber(m->player) : cJSON_CreateNull());
+    cJSON_AddBoolToObject(json, "connected", m->connections > 0);
+    cJSON_AddBoolToObject(json, "voted", m->choice >= 0);
+    cJSON_AddStringToObject(json, "group", group);
+    cJSON_AddBoolToObject(json, "home", m->client == c->home);
+    cJSON_AddNumberToObject(json, "joined_s", (double)m->joined_s);
+    return json;
+}
+
+cJSON *ll_class_describe_members(const ll_class *c)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "type", "members");
+    cJSON_AddNumberToObject(json, "most", c->capacity);
+    cJSON *list = cJSON_AddArrayToObject(json, "members");
+    for (int i = 0; i < c->capacity; i++) {
+        if (c->members[i].used)
+            cJSON_AddItemToArray(list, describe_place(c, &c->members[i]));
+    }
     return json;
 }

@@ -24,7 +24,6 @@ struct ll_class_entry {
     ll_classes *classes;
     atomic_int references;
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
-    uint64_t client;                    /* hash of the address that opened it, for the quota */
     ll_class_key *class_key;            /* or the key; NULL: none, or its line is missing now */
     char key_name[LL_KEY_NAME_MAX + 1]; /* empty: none */
 

@@ -26,7 +26,7 @@ static void set_key(ll_class_entry *entry, const char *name)
 static char *text_of(const ll_class_entry *entry)
 {
     char client[17];
-    snprintf(client, sizeof client, "%016" PRIx64, entry->client);
+    snprintf(client, sizeof client, "%016" PRIx64, entry->values.home);
     cJSON *json = ll_class_save(&entry->values);
     cJSON_AddStringToObject(json, "code", entry->code);
     cJSON_AddStringToObject(json, "client", client);
@@ -76,7 +76,7 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     }
     atomic_init(&entry->references, 1);
     entry->classes = classes;
-    entry->client = client ? strtoull(client, NULL, 16) : 0;
+    entry->values.home = client ? strtoull(client, NULL, 16) : 0;
     set_key(entry, cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "class_key")));
     entry->used = now - (idle_ms > 0 ? idle_ms : 0) * LL_MS;
     snprintf(entry->id, sizeof entry->id, "%s", id);

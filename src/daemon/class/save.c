@@ -1,6 +1,7 @@
-/* A class as a text, which outlives the daemon, and back. Keys and tokens stay hashes; nothing else is known
- * of a member. What depends on connections and on the daemon's clock is not a part of it. */
+/* A class as a text, which outlives the daemon, and back. Keys, tokens and addresses stay hashes. What
+ * depends on connections and on the daemon's clock is not a part of it. */
 #include <cjson/cJSON.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -79,10 +80,27 @@ static void load_players(const cJSON *json, const char *name, bool flags[LL_PLAY
     }
 }
 
+static void add_client(cJSON *json, const char *name, uint64_t client)
+{
+    char text[17];
+    snprintf(text, sizeof text, "%016" PRIx64, client);
+    cJSON_AddStringToObject(json, name, text);
+}
+
+static uint64_t read_client(const cJSON *json)
+{
+    const char *text = cJSON_GetStringValue(json);
+    return text ? strtoull(text, NULL, 16) : 0;
+}
+
 static cJSON *save_member(const ll_class_member *m)
 {
     cJSON *json = cJSON_CreateObject();
     add_hash(json, "token", &m->token);
+    add_client(json, "client", m->client);
+    cJSON_AddNumberToObject(json, "number", m->number);
+    cJSON_AddNumberToObject(json, "joined_s", (double)m->joined_s);
+    cJSON_AddBoolToObject(json, "seen", m->seen);
     cJSON_AddNumberToObject(json, "role", m->role);
     cJSON_AddNumberToObject(json, "player", m->player);
     cJSON_AddNumberToObject(json, "choice", m->choice);
@@ -93,13 +111,21 @@ static cJSON *save_member(const ll_class_member *m)
 static void load_member(ll_class *c, const cJSON *json, ll_time now)
 {
     int place;
-    ll_key_hash token;
-    if (!read_hash(json, "token", &token))
+    char copy[LL_ID_LENGTH + 1];
+    const cJSON *joined = cJSON_GetObjectItemCaseSensitive(json, "joined_s");
+    ll_class_arrival arrival = {.client = read_client(cJSON_GetObjectItemCaseSensitive(json, "client")),
+                                .unix_s = cJSON_IsNumber(joined) ? (int64_t)joined->valuedouble : 0,
+                                .now = now};
+    if (ll_class_count(c) == c->capacity /* there may be fewer places than before */ ||
+        !read_hash(json, "token", &arrival.token))
         return;
-    ll_status status = ll_class_join(c, &token, now, &place);
-    if (ll_failed(&status)) /* there may be fewer places than before */
+    ll_status status = ll_class_join(c, &arrival, &place, copy);
+    if (ll_failed(&status))
         return;
     ll_class_member *m = &c->members[place];
+    m->seen = is_true(json, "seen");
+    int stored = number(json, "number", 0, INT32_MAX);
+    m->number = stored > 0 ? (uint32_t)stored : m->number;
     int player = c->board.link.session[0] ? number(json, "player", -1, LL_PLAYERS_MAX - 1) : -1;
     m->player = player >= 0 && ll_class_holder(c, player) < 0 ? player : -1;
     m->role = (ll_class_role)number(json, "role", LL_CLASS_WATCH, LL_CLASS_COPY);
@@ -107,6 +133,39 @@ static void load_member(ll_class *c, const cJSON *json, ll_time now)
         m->role = LL_CLASS_WATCH;
     m->choice = number(json, "choice", -1, c->question.choices - 1);
     load_link(cJSON_GetObjectItemCaseSensitive(json, "copy"), &m->copy);
+}
+
+static void save_removed(const ll_class *c, cJSON *json)
+{
+    cJSON *removed = cJSON_AddArrayToObject(json, "removed"),
+          *barred = cJSON_AddArrayToObject(json, "barred");
+    cJSON_AddNumberToObject(json, "numbers", c->numbers);
+    for (uint32_t i = 0; i < c->removals && i < LL_CLASS_REMOVED; i++) {
+        cJSON *device = cJSON_CreateObject();
+        add_hash(device, "token", &c->removed[i].token);
+        cJSON_AddItemToArray(removed, device);
+    }
+    for (uint32_t i = 0; i < c->bars && i < LL_CLASS_REMOVED; i++) {
+        cJSON *address = cJSON_CreateObject();
+        add_client(address, "client", c->barred[i]);
+        cJSON_AddItemToArray(barred, address);
+    }
+}
+
+static void load_removed(ll_class *c, const cJSON *json)
+{
+    const cJSON *item;
+    c->numbers = (uint32_t)number(json, "numbers", (int)c->numbers, INT32_MAX);
+    cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(json, "removed"))
+    {
+        if (c->removals < LL_CLASS_REMOVED && read_hash(item, "token", &c->removed[c->removals].token))
+            c->removals++;
+    }
+    cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(json, "barred"))
+    {
+        if (c->bars < LL_CLASS_REMOVED)
+            c->barred[c->bars++] = read_client(cJSON_GetObjectItemCaseSensitive(item, "client"));
+    }
 }
 
 cJSON *ll_class_save(const ll_class *c)
@@ -126,6 +185,7 @@ cJSON *ll_class_save(const ll_class *c)
             cJSON_AddItemToArray(members, save_member(&c->members[i]));
     }
     cJSON_AddItemToObject(json, "members", members);
+    save_removed(c, json);
     return json;
 }
 
@@ -152,5 +212,6 @@ ll_status ll_class_load(ll_class *c, int capacity, const cJSON *json, ll_time no
     c->board.unread = c->board.resumed = c->board.link.session[0] != '\0';
     cJSON_ArrayForEach(member, cJSON_GetObjectItemCaseSensitive(json, "members")) load_member(c, member, now);
     load_players(json, "script", c->board.script);
+    load_removed(c, json);
     return status;
 }

@@ -40,8 +40,21 @@ static void send_state(ll_class_entry *entry, ll_time now)
     for (class_viewer *v = entry->viewers; v && text; v = v->next) {
         if (v->hello_sent)
             ll_ws_send(entry->classes->ws, v->id, text, strlen(text));
+        if (v->hello_sent && v->teacher)
+            ll_request_send(entry->classes->ws, v->id, ll_class_describe_members(c));
     }
     free(text);
+}
+
+/* To a viewer whose member has gone: it has left, its place is another device's, or the teacher has removed
+ * it.
+ */
+static void send_removed(ll_class_entry *entry, class_viewer *viewer)
+{
+    cJSON *json = ll_request_answer("removed", "");
+    cJSON_AddBoolToObject(json, "by_teacher", ll_class_has_removed_number(&entry->values, viewer->number));
+    ll_request_send(entry->classes->ws, viewer->id, json);
+    viewer->place = -1;
 }
 
 static void send_own(ll_class_entry *entry)
@@ -49,7 +62,9 @@ static void send_own(ll_class_entry *entry)
     ll_class *c = &entry->values;
     for (class_viewer *v = entry->viewers; v; v = v->next) {
         int place = ll_class_viewer_place(entry, v);
-        if (place >= 0 && !c->members[place].notified)
+        if (place < 0 && v->place >= 0)
+            send_removed(entry, v);
+        else if (place >= 0 && !c->members[place].notified)
             ll_request_send(entry->classes->ws, v->id, ll_class_describe_member(c, place));
     }
     for (int i = 0; i < c->capacity; i++)
@@ -127,6 +142,8 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     ll_class *c = &entry->values;
     size_t length = strlen(key->valuestring);
     int place = ll_class_find(c, key->valuestring, length);
+    if (place < 0 && ll_class_has_removed(c, key->valuestring, length))
+        return ll_field_error(LL_FORBIDDEN, "auth", "auth: " LL_CLASS_OUT);
     bool teacher = place < 0 && ll_key_matches(&c->teacher, key->valuestring, length);
     if (place < 0 && !teacher)
         return ll_field_error(LL_FORBIDDEN, "auth", "auth: neither the teacher's key nor a member's token.");
@@ -134,6 +151,7 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     detach(entry, viewer, now);
     viewer->teacher = teacher;
     viewer->place = place;
+    c->stirred = c->stirred || teacher; /* so that it receives the members */
     if (place >= 0) {
         viewer->number = c->members[place].number;
         ll_class_connected(c, place, now);
@@ -141,15 +159,18 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     return ll_ok();
 }
 
-static ll_status read_message(const char *text, size_t length, cJSON **json, const cJSON **key)
+static ll_status read_message(const char *text, size_t length, cJSON **json, const cJSON **key,
+                              char reply_id[LL_REPLY_ID])
 {
     ll_status status = ll_json_parse(text, length, json);
+    LL_THEN(status, ll_request_id(*json, reply_id));
     if (ll_failed(&status))
         return status;
     *key = cJSON_GetObjectItemCaseSensitive(*json, "auth");
-    if (!cJSON_IsObject(*json) || !*key || cJSON_GetArraySize(*json) != 1)
+    if (!cJSON_IsObject(*json) || !*key || cJSON_GetArraySize(*json) != (reply_id[0] ? 2 : 1))
         return ll_error(LL_BAD_INPUT, "A message must be {\"auth\":KEY}, with the teacher's key or a "
-                                      "member's token; all else is a request of HTTP.");
+                                      "member's token, and an \"id\" if it likes; all else is a request of "
+                                      "HTTP.");
     return status;
 }
 
@@ -159,15 +180,16 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
     ll_class_entry *entry = session;
     cJSON *json = NULL;
     const cJSON *key = NULL;
-    ll_status status = read_message(text, length, &json, &key);
+    char reply_id[LL_REPLY_ID] = "";
+    ll_status status = read_message(text, length, &json, &key, reply_id);
     pthread_mutex_lock(&classes->lock);
     class_viewer *viewer = find_viewer(entry, id);
     if (viewer && !entry->ended && !ll_failed(&status))
         status = authenticate(entry, viewer, key);
     if (ll_failed(&status)) {
-        ll_request_refuse(classes->ws, id, "", ll_http_problem_status(status.code), &status);
+        ll_request_refuse(classes->ws, id, reply_id, ll_http_problem_status(status.code), &status);
     } else {
-        cJSON *answer = ll_request_answer("reply", "");
+        cJSON *answer = ll_request_answer("reply", reply_id);
         cJSON_AddTrueToObject(answer, "ok");
         cJSON_AddStringToObject(answer, "role", viewer && viewer->teacher ? "teacher" : "member");
         ll_request_send(classes->ws, id, answer);

@@ -10,6 +10,11 @@ const char *const ll_class_phases[] = {[LL_CLASS_LOBBY] = "lobby",     [LL_CLASS
 const char *const ll_class_roles[] = {
     [LL_CLASS_WATCH] = "watch", [LL_CLASS_PLAY] = "play", [LL_CLASS_COPY] = "copy", NULL};
 
+const char *const ll_class_reaches[] = {
+    [LL_CLASS_ONE] = "", [LL_CLASS_LATER] = "later", [LL_CLASS_ADDRESS] = "address", NULL};
+
+static const char *const doors[] = {[LL_CLASS_OPEN] = "open", [LL_CLASS_CLOSED] = "closed", NULL};
+
 static ll_status check_settings(const void *object, const char *path)
 {
     const ll_class_settings *s = object;
@@ -61,6 +66,11 @@ static const ll_param settings_rows[] = {
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_class_settings, together),
      .help = "Every page shows the board."},
+    {.name = "door",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_class_settings, door),
+     .choices = doors,
+     .help = "Closed: no new device joins; members come back."},
 };
 
 const ll_param_table ll_class_table = {.name = "class",

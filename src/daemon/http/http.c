@@ -1,7 +1,6 @@
 /* libmicrohttpd's callbacks: connections and their watchdog, bodies. */
 #include "daemon/http/http.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -20,16 +19,6 @@
 #include "daemon/http/internal.h"
 
 /* ---- connections and their watchdog ---- */
-
-static void write_peer(const struct sockaddr *address, char text[48])
-{
-    snprintf(text, 48, "?");
-    if (address != NULL && address->sa_family == AF_INET) {
-        inet_ntop(AF_INET, &((const struct sockaddr_in *)(const void *)address)->sin_addr, text, 48);
-    } else if (address != NULL && address->sa_family == AF_INET6) {
-        inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)(const void *)address)->sin6_addr, text, 48);
-    }
-}
 
 static http_connection *watched_of(struct MHD_Connection *connection)
 {
@@ -50,7 +39,7 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
     watched->http = http;
     watched->pass = ll_proxies_pass(http->proxies, address);
     watched->proxied = watched->pass.many;
-    write_peer(address, watched->peer);
+    ll_proxies_peer(address, watched->peer);
     info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     watched->fd = info->connect_fd;
     ll_http_set_deadline(watched, http->config.head_timeout_s);

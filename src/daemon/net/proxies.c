@@ -99,12 +99,13 @@ static bool is_trusted(const ll_proxies *proxies, const uint8_t address[16])
 /* IPv6 clients are counted by their /64, as in the connection limiter. */
 static void write_client(const uint8_t address[16], char peer[LL_PEER_TEXT])
 {
+    static const uint8_t loopback[16] = {[15] = 1};
     uint8_t cut[16] = {0};
     if (is_ipv4(address)) {
         inet_ntop(AF_INET, address + 12, peer, LL_PEER_TEXT);
         return;
     }
-    memcpy(cut, address, 8);
+    memcpy(cut, address, memcmp(address, loopback, sizeof loopback) == 0 ? 16 : 8);
     inet_ntop(AF_INET6, cut, peer, LL_PEER_TEXT);
 }
 
@@ -141,6 +142,16 @@ void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char pe
         }
         end = begin > 0 ? begin - 1 : 0;
     }
+}
+
+void ll_proxies_peer(const struct sockaddr *from, char peer[LL_PEER_TEXT])
+{
+    uint8_t address[16];
+    address_of(from, address);
+    if (from && (from->sa_family == AF_INET || from->sa_family == AF_INET6))
+        write_client(address, peer);
+    else
+        snprintf(peer, LL_PEER_TEXT, "?");
 }
 
 ll_connection_limiter_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from)

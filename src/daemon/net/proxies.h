@@ -25,6 +25,9 @@ typedef struct ll_proxies {
 /* `text`: addresses and networks, comma separated: `10.0.0.0/8, ::1`. Empty: none. */
 ll_status ll_proxies_parse(const char *text, ll_proxies *proxies);
 
+/* The address of a client as text, of IPv6 the /64, by which clients are counted; `?`: not known. */
+void ll_proxies_peer(const struct sockaddr *from, char peer[LL_PEER_TEXT]);
+
 /* Replaces `peer`, the address of a trusted proxy as text, by that of its client. `forwarded` is the content
  * of all X-Forwarded-For headers in order, comma separated. No change if it has no valid address. */
 void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char peer[LL_PEER_TEXT]);

@@ -48,13 +48,20 @@ static void show(fixture *f)
     cJSON_Delete(params);
 }
 
+static ll_code join_from(fixture *f, int i, uint64_t client, int *place)
+{
+    char copy[LL_ID_LENGTH + 1];
+    ll_class_arrival arrival = {.client = client, .now = f->now, .unix_s = 1700000000};
+    assert_true(ll_new_key(f->token[i]) && ll_key_hash_make(f->token[i], &arrival.token));
+    ll_status status = ll_class_admits(&f->c, client);
+    LL_THEN(status, ll_class_join(&f->c, &arrival, place, copy));
+    return status.code;
+}
+
 static int join(fixture *f, int i)
 {
-    ll_key_hash hash;
     int place = -1;
-    assert_true(ll_new_key(f->token[i]) && ll_key_hash_make(f->token[i], &hash));
-    ll_status status = ll_class_join(&f->c, &hash, f->now, &place);
-    assert_string_equal(status.text, "");
+    assert_int_equal(join_from(f, i, 1, &place), LL_OK);
     return place;
 }
 
@@ -252,21 +259,145 @@ static void the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back(void 
 static void a_full_class_drops_who_has_been_away_for_longest(void **state)
 {
     fixture *f = *state;
-    ll_key_hash hash = {{0}};
     int place = -1, first = join(f, 0);
+    ll_class_connected(&f->c, first, f->now);
+    ll_class_disconnected(&f->c, first, f->now);
     for (int i = 1; i < MEMBERS; i++) {
         f->now += LL_SECOND;
         ll_class_connected(&f->c, join(f, i), f->now);
     }
-    ll_status status = ll_class_join(&f->c, &hash, f->now, &place);
-    assert_int_equal(status.code, LL_LIMIT);
-    f->now += 61 * LL_SECOND;
+    assert_int_equal(join_from(f, MEMBERS, 1, &place), LL_LIMIT);
+    f->now += 59 * LL_SECOND - MEMBERS * LL_SECOND;
+    assert_int_equal(join_from(f, MEMBERS, 1, &place), LL_LIMIT);
+    f->now += 7 * LL_SECOND;
     uint32_t number = f->c.members[first].number;
     assert_int_equal(join(f, MEMBERS), first);
     assert_int_not_equal(f->c.members[first].number, number);
     assert_int_equal(ll_class_find(&f->c, f->token[0], LL_KEY_LENGTH), -1);
     assert_int_equal(ll_class_find(&f->c, f->token[MEMBERS], LL_KEY_LENGTH), first);
     assert_int_equal(ll_class_find(&f->c, f->key, LL_KEY_LENGTH), -1);
+}
+
+/* ---- places ---- */
+
+static void connect_from(fixture *f, int i, uint64_t client)
+{
+    int place = -1;
+    assert_int_equal(join_from(f, i, client, &place), LL_OK);
+    ll_class_connected(&f->c, place, f->now);
+}
+
+static void a_full_class_is_shared_between_addresses(void **state)
+{
+    fixture *f = *state;
+    int place = -1;
+    f->c.home = 1;
+    for (int i = 0; i < MEMBERS; i++)
+        connect_from(f, i, 7);
+    assert_int_equal(join_from(f, MEMBERS, 7, &place), LL_LIMIT);
+    connect_from(f, MEMBERS, 8);
+    assert_int_equal(ll_class_find(&f->c, f->token[MEMBERS - 1], LL_KEY_LENGTH), -1); /* the newest */
+    assert_int_equal(ll_class_at(&f->c, 7), MEMBERS - 1);
+    connect_from(f, MEMBERS, 8);
+    assert_int_equal(join_from(f, MEMBERS + 1, 8, &place), LL_LIMIT); /* two each */
+    assert_int_equal(join_from(f, MEMBERS + 1, 7, &place), LL_LIMIT);
+    assert_int_equal(ll_class_at(&f->c, 7), 2);
+    connect_from(f, MEMBERS, 9);
+    assert_int_equal(join_from(f, MEMBERS + 1, 10, &place), LL_OK);
+    assert_int_equal(join_from(f, MEMBERS + 1, 11, &place), LL_LIMIT); /* one of each address */
+}
+
+static void the_address_of_the_teacher_keeps_half_of_the_places(void **state)
+{
+    fixture *f = *state;
+    int place = -1;
+    f->c.home = 1;
+    for (int i = 0; i < MEMBERS; i++)
+        connect_from(f, i, 1);
+    for (int i = 0; i < 2; i++)
+        connect_from(f, MEMBERS, 8 + (uint64_t)i);
+    assert_int_equal(join_from(f, MEMBERS, 20, &place), LL_LIMIT); /* many addresses with one device each */
+    assert_int_equal(ll_class_at(&f->c, 1), 2);
+    ll_class_leave(&f->c, ll_class_find(&f->c, f->token[0], LL_KEY_LENGTH));
+    connect_from(f, MEMBERS, 21);
+    connect_from(f, MEMBERS, 1);
+    assert_int_equal(ll_class_at(&f->c, 21), 0);
+    assert_int_equal(ll_class_at(&f->c, 1), 2);
+}
+
+static void devices_that_only_joined_give_way(void **state)
+{
+    fixture *f = *state;
+    int place = -1;
+    for (int i = 0; i < MEMBERS; i++)
+        join(f, i);
+    connect_from(f, MEMBERS, 1); /* in place of the first of the same address */
+    assert_int_equal(ll_class_find(&f->c, f->token[0], LL_KEY_LENGTH), -1);
+    assert_true(ll_class_find(&f->c, f->token[1], LL_KEY_LENGTH) >= 0);
+    f->now += 6 * LL_SECOND;
+    connect_from(f, MEMBERS, 30);
+    assert_int_equal(ll_class_find(&f->c, f->token[1], LL_KEY_LENGTH), -1);
+    assert_int_equal(join_from(f, MEMBERS, 1, &place), LL_OK);
+}
+
+static void no_copy(void *context, const char *copy)
+{
+    (void)context;
+    fail_msg("%s", copy);
+}
+
+static void who_was_removed_stays_out(void **state)
+{
+    fixture *f = *state;
+    int place = -1;
+    uint64_t of[] = {1, 7, 1, 7};
+    f->c.home = 1;
+    for (int i = 0; i < MEMBERS; i++)
+        connect_from(f, i, of[i]);
+    set(f, "{\"phase\":\"predict\",\"choices\":2}");
+    for (int i = 0; i < MEMBERS; i++) {
+        place = ll_class_find(&f->c, f->token[i], LL_KEY_LENGTH);
+        assert_int_equal(vote(f, place, 0, i % 2), LL_OK);
+    }
+    assert_int_equal(described(f, "votes")->valueint, 4);
+    assert_int_equal(ll_class_remove(&f->c, 9, LL_CLASS_ONE, no_copy, NULL).code, LL_NOT_FOUND);
+    assert_int_equal(ll_class_remove(&f->c, 1, LL_CLASS_ADDRESS, no_copy, NULL).code, LL_CONFLICT);
+    assert_int_equal(ll_class_remove(&f->c, 2, LL_CLASS_ADDRESS, no_copy, NULL).code, LL_OK);
+    assert_int_equal(described(f, "votes")->valueint, 2);
+    assert_true(ll_class_has_removed(&f->c, f->token[1], LL_KEY_LENGTH));
+    assert_true(ll_class_has_removed(&f->c, f->token[3], LL_KEY_LENGTH));
+    assert_false(ll_class_has_removed(&f->c, f->token[0], LL_KEY_LENGTH));
+    assert_int_equal(join_from(f, MEMBERS, 7, &place), LL_FORBIDDEN);
+    connect_from(f, MEMBERS, 8);
+    assert_int_equal(ll_class_remove(&f->c, 3, LL_CLASS_LATER, no_copy, NULL).code, LL_OK);
+    assert_int_equal(ll_class_count(&f->c), 1);
+    set(f, "{\"door\":\"closed\"}");
+    assert_int_equal(join_from(f, MEMBERS, 8, &place), LL_FORBIDDEN);
+    cJSON *json = ll_class_save(&f->c);
+    ll_class_end(&f->c);
+    assert_int_equal(ll_class_load(&f->c, MEMBERS, json, f->now).code, LL_OK);
+    cJSON_Delete(json);
+    assert_true(ll_class_has_removed(&f->c, f->token[3], LL_KEY_LENGTH));
+    assert_int_equal(ll_class_count(&f->c), 1);
+    set(f, "{\"door\":\"open\"}");
+    assert_int_equal(join_from(f, MEMBERS, 7, &place), LL_FORBIDDEN);
+    assert_int_equal(join_from(f, MEMBERS, 8, &place), LL_OK);
+    assert_int_equal(f->c.members[place].number, 6); /* numbers are not given twice */
+}
+
+static void a_seat_that_the_teacher_frees_is_for_others(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1);
+    assert_int_equal(ll_class_claim(&f->c, a, 1, f->now).code, LL_OK);
+    assert_int_equal(ll_class_free_seat(&f->c, 2, f->now).code, LL_NOT_FOUND);
+    assert_int_equal(ll_class_free_seat(&f->c, 0, f->now).code, LL_OK);
+    assert_string_equal(seat_state(f, 1), "away");
+    assert_int_equal(ll_class_free_seat(&f->c, 1, f->now).code, LL_OK);
+    assert_string_equal(seat_state(f, 1), "free");
+    assert_int_equal(ll_class_claim(&f->c, a, 0, f->now + 19 * LL_SECOND).code, LL_CONFLICT);
+    assert_int_equal(ll_class_claim(&f->c, b, 1, f->now + 19 * LL_SECOND).code, LL_OK);
+    assert_int_equal(ll_class_claim(&f->c, a, 0, f->now + 20 * LL_SECOND).code, LL_OK);
 }
 
 /* ---- addresses ---- */
@@ -403,6 +534,11 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(a_full_class_drops_who_has_been_away_for_longest, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_full_class_is_shared_between_addresses, setup, teardown),
+        cmocka_unit_test_setup_teardown(the_address_of_the_teacher_keeps_half_of_the_places, setup, teardown),
+        cmocka_unit_test_setup_teardown(devices_that_only_joined_give_way, setup, teardown),
+        cmocka_unit_test_setup_teardown(who_was_removed_stays_out, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_seat_that_the_teacher_frees_is_for_others, setup, teardown),
         cmocka_unit_test_setup_teardown(saved_and_loaded_a_class_is_the_same_without_its_connections, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(a_run_that_was_interrupted_goes_on_to_its_stop_or_has_stopped, setup,
