@@ -125,9 +125,10 @@ static void subscribe(viewer *v)
 {
     char wish[128];
     int size = snprintf(wish, sizeof wish,
-                        "{\"subscribe\":{\"session\":%d,\"scene\":%d,\"lanes\":%d,\"gauges\":%d,\"shots\":5,"
+                        "{\"subscribe\":{\"session\":%d,\"scene\":%d,\"lanes\":%d,\"gauges\":%d,\"shots\":%d,"
                         "\"clock\":%d,\"bodies\":%d}}",
-                        rate_hz, rate_hz, rate_hz, rate_hz < 10 ? rate_hz : 10, rate_hz, rate_hz);
+                        rate_hz, rate_hz, rate_hz, rate_hz < 10 ? rate_hz : 10, rate_hz < 5 ? rate_hz : 5,
+                        rate_hz, rate_hz);
     if (server_mode != COLYSEUS)
         send_message(v, 1, wish, (size_t)size);
 }
@@ -182,6 +183,8 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
             take_clock(v, at, at + head / 4, head & 2);
         at += head / 4;
     }
+    /* laglab numbers all frames of a session, of which a viewer may ask for fewer. */
+    long step = server_mode == LAGLAB && rate_hz < FRAME_HZ ? FRAME_HZ / rate_hz : 1;
     double now = now_s(), age_ms = (now - (double)v->wall_us * 1e-6) * 1e3;
     if (age_ms > LATE_MS)
         v->late_s = now - v->opened_s;
@@ -195,7 +198,7 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
         }
         if (v->begun) {
             v->interval[v->intervals++] = (float)((now - v->last_s) * 1e3);
-            v->lost += (long)(seq - v->seq) - 1;
+            v->lost += ((long)(seq - v->seq) + step / 2) / step - 1;
         }
         v->begun = true;
         v->age[v->ages++] = (float)age_ms;

@@ -713,6 +713,22 @@ const RESULTS = [
     ],
   },
   {
+    name: 'frames',
+    title: 'Cost of a frame: a bare sender and Node ws',
+    by: ['sessions', 'viewers', 'hz', 'server'],
+    columns: [
+      ['Frames/s', 'frames_per_s', median],
+      ['Frames lost, most', 'lost', worst],
+      ['CPU per frame, us', 'us_per_frame', spread],
+      ['Over the bare sender', 'of_bare', spread],
+      ['Over Node ws', 'of_node', spread],
+      ['Without simulation: us', 'sending_us', spread],
+      ['Over the bare sender', 'sending_of_bare', spread],
+      ['Over Node ws', 'sending_of_node', spread],
+      ['Memory per viewer, KB', 'viewer_kb', median],
+    ],
+  },
+  {
     name: 'parked',
     title: 'Sessions without viewers',
     by: ['sessions'],

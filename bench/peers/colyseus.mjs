@@ -4,7 +4,7 @@ import { Room, Server, matchMaker } from '@colyseus/core';
 import { WebSocketTransport } from '@colyseus/ws-transport';
 import { announce, makeFrame, options, pace, stamp } from './frame.mjs';
 
-const { sessions, viewers, bytes } = options();
+const { sessions, viewers, bytes, hz } = options();
 const FRAME = 0; // types of messages: one byte each on the wire
 const ACK = 1;
 
@@ -44,4 +44,4 @@ for (let s = 0; s < sessions; s++) {
   }
 }
 announce(transport.server.address().port, paths);
-pace(() => rooms.forEach((room) => room.send()));
+pace(() => rooms.forEach((room) => room.send()), hz);

@@ -27,8 +27,8 @@ export function stamp(frame, seq) {
   put(frame, 14, (process.hrtime.bigint() / 1000n) * 2n, 8);
 }
 
-/** Calls `tick` 60 times a second. A plain setInterval would round 16.67 ms down to 16: 62.5 Hz. */
-export function pace(tick, hz = 60) {
+/** Calls `tick` `hz` times a second. A plain setInterval would round 16.67 ms down to 16: 62.5 Hz. */
+export function pace(tick, hz) {
   const begin = performance.now();
   let n = 0;
   const next = () => {
@@ -41,8 +41,8 @@ export function pace(tick, hz = 60) {
 }
 
 export function options() {
-  const [sessions, viewers, bytes] = process.argv.slice(2).map(Number);
-  return { sessions, viewers, bytes };
+  const [sessions, viewers, bytes, hz = 60] = process.argv.slice(2).map(Number);
+  return { sessions, viewers, bytes, hz };
 }
 
 /** The bench reads one line: where to connect. */

@@ -1,8 +1,8 @@
-// Peer: a Node `ws` server. node ws.mjs SESSIONS VIEWERS BYTES
+// Peer: a Node `ws` server. node ws.mjs SESSIONS VIEWERS BYTES [HZ]
 import { WebSocketServer } from 'ws';
 import { announce, makeFrame, options, pace, stamp } from './frame.mjs';
 
-const { sessions, viewers, bytes } = options();
+const { sessions, viewers, bytes, hz } = options();
 const rooms = Array.from({ length: sessions }, () => ({ seq: 0, clients: new Set() }));
 
 const server = new WebSocketServer({ port: 0, host: '127.0.0.1', perMessageDeflate: false }, () =>
@@ -30,4 +30,4 @@ pace(() => {
     stamp(frame, ++room.seq);
     for (const client of room.clients) client.send(frame);
   }
-});
+}, hz);
