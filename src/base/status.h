@@ -9,7 +9,7 @@
  *
  *     LL_TRY(read_options(body, &options));
  *     ll_status status = ll_json_read(path, &json);
- *     LL_THEN(status, ll_experiment_parse(json, NULL, &experiment));
+ *     LL_THEN(status, ll_experiment_parse(json, NULL, NULL, &experiment));
  *     LL_THEN(status, run(experiment, &options));
  *     cJSON_Delete(json);
  *     return status; */

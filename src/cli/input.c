@@ -109,7 +109,7 @@ ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json
 ll_status ll_experiment_from(const cJSON *json, const char *scenarios, ll_experiment **experiment)
 {
     char folder[PATH_MAX];
-    return ll_experiment_parse(json, ll_scenario_folder(scenarios, folder), experiment);
+    return ll_experiment_parse(json, ll_scenario_folder(scenarios, folder), NULL, experiment);
 }
 
 ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment)

@@ -35,8 +35,10 @@ static ll_status check_place(const ll_json_location *place, ll_path *path)
         ll_path_pop(path, before);
     }
     if (!ll_failed(&status) && place->table->check != NULL) {
-        char prefix[LL_PATH_MAX + 2] = "";
-        ll_append(&(ll_writer){prefix, sizeof prefix, 0}, "%s%s", path->text, path->length > 0 ? "." : "");
+        char prefix[LL_PATH_MAX + 2];
+        size_t length = (size_t)path->length;
+        memcpy(prefix, path->text, length);
+        memcpy(prefix + length, length > 0 ? "." : "", length > 0 ? 2 : 1);
         status = place->table->check(place->member, prefix);
     }
     return status;

@@ -36,7 +36,9 @@ void ll_append_printable(ll_writer *writer, const char *text, size_t length, siz
             ll_append(writer, "...");
             return;
         }
-        ll_append(writer, "%.*s", (int)bytes, sequence == 0 ? "?" : text + shown);
+        memcpy(writer->out + writer->used, sequence == 0 ? "?" : text + shown, bytes);
+        writer->used += bytes;
+        writer->out[writer->used] = '\0';
         shown += bytes;
     }
 }

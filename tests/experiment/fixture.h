@@ -18,7 +18,7 @@ static inline ll_status parse(const char *text, ll_experiment **e)
 {
     cJSON *json = cJSON_Parse(text);
     assert_non_null(json);
-    ll_status status = ll_experiment_parse(json, "scenarios", e);
+    ll_status status = ll_experiment_parse(json, "scenarios", NULL, e);
     cJSON_Delete(json);
     return status;
 }

@@ -16,7 +16,7 @@ static void same_from_text(const ll_experiment *experiment)
     FUZZ_CHECK(text != NULL && fuzz_is_text(text));
     ll_status status = ll_json_parse(text, strlen(text), &json);
     FUZZ_CHECK(!fuzz_failed(&status));
-    status = ll_experiment_parse(json, "scenarios", &again);
+    status = ll_experiment_parse(json, "scenarios", NULL, &again);
     FUZZ_CHECK(!fuzz_failed(&status));
     FUZZ_CHECK(again->points == experiment->points && again->runs == experiment->runs);
     FUZZ_CHECK(ll_experiment_key(again) == ll_experiment_key(experiment));
@@ -59,7 +59,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     ll_status status = ll_json_parse((const char *)data, size, &json);
     if (fuzz_failed(&status))
         return 0;
-    status = ll_experiment_parse(json, "scenarios", &experiment);
+    status = ll_experiment_parse(json, "scenarios", NULL, &experiment);
     FUZZ_CHECK(fuzz_failed(&status) == (experiment == NULL));
     if (experiment != NULL) {
         FUZZ_CHECK(experiment->points >= 1 && experiment->runs >= experiment->points);

@@ -37,7 +37,7 @@ static void make_header(void)
     ll_experiment *experiment;
     ll_result_table *table;
     size_t size;
-    ll_status status = ll_experiment_parse(json, "scenarios", &experiment);
+    ll_status status = ll_experiment_parse(json, "scenarios", NULL, &experiment);
     FUZZ_CHECK(!fuzz_failed(&status) && experiment->runs == RUNS);
     status = ll_result_table_rows(experiment, ll_version, no_rows, NULL, &table);
     FUZZ_CHECK(!fuzz_failed(&status));

@@ -6,14 +6,15 @@
 
 #include "daemon/api/api.h"
 #include "daemon/http/http_problem.h"
+#include "daemon/support/tasks.h"
 #include "experiment/advise/advise.h"
 
 #define PATH "/api/v1/advise/"
 
 enum { RUNS_MOST = 2000 }; /* runs in one answer */
 
-static ll_status read_advise_request(const ll_api *api, const cJSON *body, ll_advise_request *request,
-                                     ll_experiment **experiment)
+static ll_status read_advise_request(const ll_api *api, const cJSON *body, const ll_interrupt *interrupt,
+                                     ll_advise_request *request, ll_experiment **experiment)
 {
     static const char *const names[] = {"experiment", "max_error", "runs", NULL};
     const cJSON *max_error = cJSON_GetObjectItemCaseSensitive(body, "max_error");
@@ -25,7 +26,7 @@ static ll_status read_advise_request(const ll_api *api, const cJSON *body, ll_ad
         !(cJSON_IsNumber(runs) && runs->valuedouble >= 1 && runs->valuedouble <= RUNS_MOST))
         status = ll_field_error(LL_BAD_INPUT, "runs", "runs: must be a number from 1 to %d.", RUNS_MOST);
     LL_THEN(status, ll_experiment_parse(cJSON_GetObjectItemCaseSensitive(body, "experiment"), api->scenarios,
-                                        experiment));
+                                        interrupt, experiment));
     if (ll_failed(&status))
         return status;
     *request = (ll_advise_request){.experiment = *experiment,
@@ -62,7 +63,8 @@ static ll_status answer(void *context, const ll_interrupt *interrupt, _Atomic in
 void ll_post_advise(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
-    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response) ||
+        !ll_api_rate(api, request, response, ll_api_class_key(api, request), NULL))
         return;
     cJSON *body = ll_api_body(request, response);
     advice_search *q = body ? calloc(1, sizeof *q) : NULL;
@@ -71,9 +73,8 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
         cJSON_Delete(body);
         return;
     }
-    ll_status status = read_advise_request(api, body, &q->request, &q->experiment);
-    if (!ll_failed(&status))
-        status = ll_api_job_allowed(api, request);
+    ll_interrupt interrupt = ll_task_interrupt(request->task);
+    ll_status status = read_advise_request(api, body, &interrupt, &q->request, &q->experiment);
     LL_THEN(status, ll_advise_check(&q->request));
     if (ll_failed(&status)) {
         free_search(q);

@@ -68,6 +68,24 @@ bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
     return false;
 }
 
+bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                 ll_class_key *class_key, const ll_session_entry *origin)
+{
+    ll_status status = ll_host_check_rate(api->host, request->peer, class_key, origin);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    return !ll_failed(&status);
+}
+
+ll_status ll_api_query_flag(const ll_http_request *request, const char *name, bool *flag)
+{
+    const char *text = ll_http_query(request, name);
+    *flag = text && strcmp(text, "true") == 0;
+    return !text || *flag || strcmp(text, "false") == 0
+               ? ll_ok()
+               : ll_field_error(LL_BAD_INPUT, name, "%s: must be true or false; got `%.40s`.", name, text);
+}
+
 cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
 {
     cJSON *json = NULL;

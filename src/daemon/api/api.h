@@ -77,6 +77,15 @@ bool ll_api_is_operator(const ll_api *api, const char *key);
  * spelling of the path. */
 bool ll_api_admits_inside(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
+/* Whether the client, or the class key if that is not NULL, may create one more session, class, experiment or
+ * job; a fork of `origin` (may be NULL) counts by its log. Otherwise answers 429. Called before the body is
+ * parsed, so that a refused request counts too. */
+bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                 struct ll_class_key *class_key, const ll_session_entry *origin);
+
+/* A value of the query: true or false; absent: false. */
+ll_status ll_api_query_flag(const ll_http_request *request, const char *name, bool *flag);
+
 /* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
 
@@ -113,9 +122,6 @@ bool ll_api_experiment(ll_api *api, const ll_http_request *request, ll_http_resp
 ll_status ll_api_run_size(const ll_api *api, const ll_experiment *experiment, int64_t run);
 
 /* ---- requests of jobs ---- */
-
-/* LL_LIMIT: the address has created too much; counts one more. */
-ll_status ll_api_job_allowed(ll_api *api, const ll_http_request *request);
 
 /* Starts it, and answers 202 with `id`, `owner_key` and `links`, or the error. `path` ends with a slash. */
 void ll_api_job_start(ll_api *api, const ll_http_request *request, ll_http_response *response,

@@ -63,7 +63,8 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
                                 .peer = request->peer,
                                 .class_key = ll_class_entry_class_key(entry),
                                 .task = request->task};
-    bool made = ll_api_make_session(api, request, response, &create, created);
+    bool made = ll_api_rate(api, request, response, create.class_key, origin) &&
+                ll_api_make_session(api, request, response, &create, created);
     ll_session_entry_release(origin);
     return made;
 }

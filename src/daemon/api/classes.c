@@ -116,14 +116,14 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     ll_api *api = context;
     char key[LL_KEY_LENGTH + 1], location[80];
     ll_class_entry *entry = NULL;
-    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
+    ll_class_key *class_key = ll_api_class_key(api, request);
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response) ||
+        !ll_api_rate(api, request, response, class_key, NULL))
         return;
     cJSON *body = ll_api_optional_body(request, response), *state = NULL;
     if (!body)
         return;
-    ll_class_key *class_key = ll_api_class_key(api, request);
-    ll_status status = ll_host_check_rate(api->host, request->peer, class_key);
-    LL_THEN(status, ll_classes_open(api->classes, request->peer, class_key, key, &entry));
+    ll_status status = ll_classes_open(api->classes, request->peer, class_key, key, &entry);
     ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
     if (c) {
         status = ll_class_change(c, body);
@@ -240,7 +240,8 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
                                    .class_key = ll_class_entry_class_key(entry)};
     if (given)
         created.session_entry = find_own(api, body, request, response);
-    else if (!ll_api_create_session(api, request, response, body, &made_here, &created))
+    else if (!ll_api_rate(api, request, response, made_here.class_key, NULL) ||
+             !ll_api_create_session(api, request, response, body, &made_here, &created))
         created.session_entry = NULL;
     if (!created.session_entry)
         return;

@@ -149,16 +149,6 @@ static bool next_row(void *context, ll_row *row, ll_status *status)
     return ll_stored_rows_next(&a->rows, row, status);
 }
 
-/* true or false; absent: false. */
-static ll_status query_flag(const ll_http_request *request, const char *name, bool *flag)
-{
-    const char *text = ll_http_query(request, name);
-    *flag = text && strcmp(text, "true") == 0;
-    return !text || *flag || strcmp(text, "false") == 0
-               ? ll_ok()
-               : ll_field_error(LL_BAD_INPUT, name, "%s: must be true or false; got `%.40s`.", name, text);
-}
-
 /* What the query selects: runs, points, or points compared with one of them. */
 typedef struct results_query {
     bool points, sensitivity;
@@ -169,8 +159,8 @@ static ll_status read_results_query(const ll_http_request *request, const ll_exp
 {
     const char *compare = ll_http_query(request, "compare");
     w->compare = -1;
-    ll_status status = query_flag(request, "points", &w->points);
-    LL_THEN(status, query_flag(request, "sensitivity", &w->sensitivity));
+    ll_status status = ll_api_query_flag(request, "points", &w->points);
+    LL_THEN(status, ll_api_query_flag(request, "sensitivity", &w->sensitivity));
     if (!ll_failed(&status) && compare && w->points && !w->sensitivity)
         status = ll_compare_point(e, "compare", compare, &w->compare);
     return status;

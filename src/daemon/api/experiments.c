@@ -47,14 +47,13 @@ ll_status ll_api_run_size(const ll_api *api, const ll_experiment *e, int64_t run
 }
 
 /* Runs the first run, to measure the cost of a run. */
-static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_task *task,
+static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, const ll_interrupt *interrupt,
                                 ll_http_response *response)
 {
     ll_row row;
-    ll_interrupt interrupt = ll_task_interrupt(task);
     LL_TRY(ll_api_run_size(api, e, 0));
     int64_t from = ll_thread_cpu_ns();
-    ll_status status = ll_experiment_run(e, 0, &interrupt, NULL, &row);
+    ll_status status = ll_experiment_run(e, 0, interrupt, NULL, &row);
     double run_s = (double)(ll_thread_cpu_ns() - from) * 1e-9;
     if (ll_failed(&status))
         return status;
@@ -86,20 +85,17 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
 {
     ll_api *api = context;
     ll_experiment *e = NULL;
-    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response) ||
+        !ll_api_rate(api, request, response, ll_api_class_key(api, request), NULL))
         return;
     cJSON *body = ll_api_body(request, response);
     if (!body)
         return;
-    const char *dry = ll_http_query(request, "dry_run");
-    ll_status status = ll_experiment_parse(body, api->scenarios, &e);
-    if (!ll_failed(&status) && dry && strcmp(dry, "true") != 0 && strcmp(dry, "false") != 0)
-        status = ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run: must be true or false; got `%.40s`.", dry);
-    bool dry_only = dry && strcmp(dry, "true") == 0;
-    if (!ll_failed(&status) && dry_only && !request->task) /* before it counts towards the limits */
-        status = ll_error(LL_INTERRUPTED, "a dry run needs a task");
-    LL_THEN(status, ll_host_check_rate(api->host, request->peer, ll_api_class_key(api, request)));
-    LL_THEN(status, dry_only ? answer_dry_run(api, e, request->task, response)
+    bool dry_only = false;
+    ll_interrupt interrupt = ll_task_interrupt(request->task);
+    ll_status status = ll_api_query_flag(request, "dry_run", &dry_only);
+    LL_THEN(status, ll_experiment_parse(body, api->scenarios, &interrupt, &e));
+    LL_THEN(status, dry_only ? answer_dry_run(api, e, &interrupt, response)
                              : answer_created(api, e, request, response));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
@@ -114,7 +110,10 @@ bool ll_api_experiment(ll_api *api, const ll_http_request *request, ll_http_resp
 {
     if (!ll_api_started(api, request, response))
         return false;
-    ll_status status = ll_experiments_find(api->experiments, request->parameter[0], record, experiment);
+    ll_interrupt interrupt = ll_task_interrupt(request->task);
+    ll_status status = ll_experiments_find(api->experiments, request->parameter[0], record);
+    if (experiment)
+        LL_THEN(status, ll_experiments_read(api->experiments, record->id, &interrupt, experiment));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     return !ll_failed(&status);
@@ -208,13 +207,15 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     ll_experiment_record record;
     ll_experiment *e = NULL;
     ll_experiment_state state = LL_EXPERIMENT_RUNNING;
-    if (!ll_api_experiment(api, request, response, &record, &e))
+    ll_interrupt interrupt = ll_task_interrupt(request->task);
+    if (!ll_api_experiment(api, request, response, &record, NULL))
         return;
     cJSON *body = permitted(api, request, response, &record) ? ll_api_body(request, response) : NULL;
     if (body) {
         ll_status status = read_op(body, &state);
         LL_THEN(status, ll_experiments_set(api->experiments, &record, state));
-        LL_THEN(status, ll_experiments_find(api->experiments, record.id, &record, NULL));
+        LL_THEN(status, ll_experiments_find(api->experiments, record.id, &record));
+        LL_THEN(status, ll_experiments_read(api->experiments, record.id, &interrupt, &e));
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else

@@ -6,11 +6,6 @@
 
 #include "daemon/http/http_problem.h"
 
-ll_status ll_api_job_allowed(ll_api *api, const ll_http_request *request)
-{
-    return ll_host_check_rate(api->host, request->peer, ll_api_class_key(api, request));
-}
-
 static void answer_begun(const char *path, const char *id, const char *key, ll_http_response *response)
 {
     char self[160];

@@ -16,8 +16,6 @@
 enum { TRACE_ROWS = 100000 };  /* rows of one answer */
 enum { PACKET_TICKS = 50000 }; /* ticks times players whose packets are in one answer: about 40 MB */
 
-enum { LIGHT_BYTES = 6 << 20 }; /* a session of this size is read within about a millisecond */
-
 /* `fill` writes the answer while the session is locked, or makes a copy and sets how to finish from it. */
 typedef struct reader {
     ll_api *api;
@@ -40,10 +38,7 @@ static ll_status read_or_copy(ll_session_entry *session_entry, const ll_http_req
     ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
     if (ll_failed(&status))
         return status;
-    if (!request->task && ll_session_awake_bytes(session) > LIGHT_BYTES)
-        status = ll_error(LL_INTERRUPTED, "the session is large");
-    else
-        status = write(session, request, response, r);
+    status = write(session, request, response, r);
     ll_session_entry_leave(session_entry);
     return status;
 }
@@ -104,8 +99,6 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
     if (ll_failed(&status))
         return status;
     if (tick >= 0 && (int64_t)tick != info.tick) {
-        if (!request->task)
-            return ll_error(LL_INTERRUPTED, "another tick needs a task");
         r->to = (int64_t)tick;
         return ll_session_copy(session, r->to, &r->copy);
     }

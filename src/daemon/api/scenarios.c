@@ -16,14 +16,10 @@
 /* Reads `brief`, whether texts are left out; absent: no. False: it is neither true nor false, and refused. */
 static bool read_brief(const ll_http_request *request, ll_http_response *response, bool *brief)
 {
-    const char *text = ll_http_query(request, "brief");
-    *brief = text && strcmp(text, "true") == 0;
-    if (!text || *brief || strcmp(text, "false") == 0)
-        return true;
-    ll_status wrong =
-        ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", text);
-    ll_http_problem(response, request, &wrong);
-    return false;
+    ll_status status = ll_api_query_flag(request, "brief", brief);
+    if (ll_failed(&status))
+        ll_http_problem(response, request, &status);
+    return !ll_failed(&status);
 }
 
 void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_response *response)

@@ -163,9 +163,10 @@ bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_
 
 static char *create_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
-    cJSON *body = ll_api_body(request, response);
     ll_created_session created;
     ll_create_request base = {.seed = -1, .class_key = ll_api_class_key(api, request)};
+    bool allowed = ll_api_rate(api, request, response, base.class_key, NULL);
+    cJSON *body = allowed ? ll_api_body(request, response) : NULL;
     bool made = body && ll_api_create_session(api, request, response, body, &base, &created);
     cJSON_Delete(body);
     return made ? answer_session(response, &created) : NULL;
@@ -231,7 +232,8 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
     ll_session_entry *origin = ll_api_session(api, request, response);
     if (!origin)
         return;
-    if (!ll_api_may_create(api, request, response)) {
+    if (!ll_api_may_create(api, request, response) ||
+        !ll_api_rate(api, request, response, ll_api_class_key(api, request), origin)) {
         ll_session_entry_release(origin);
         return;
     }

@@ -160,7 +160,8 @@ void ll_get_tradeoffs(void *context, const ll_http_request *request, ll_http_res
 void ll_post_tradeoffs(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
-    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response) ||
+        !ll_api_rate(api, request, response, ll_api_class_key(api, request), NULL))
         return;
     cJSON *body = ll_api_body(request, response);
     measurement *m = body ? calloc(1, sizeof *m) : NULL;
@@ -170,8 +171,6 @@ void ll_post_tradeoffs(void *context, const ll_http_request *request, ll_http_re
         return;
     }
     ll_status status = read_request(api, body, m);
-    if (!ll_failed(&status))
-        status = ll_api_job_allowed(api, request);
     if (ll_failed(&status)) {
         free(m);
         ll_api_problem(response, request, &status);

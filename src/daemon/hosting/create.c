@@ -9,8 +9,6 @@
 #include "session/scenario.h"
 #include "session/workload.h"
 
-enum { LIGHT_BYTES = 2 << 20 }; /* a state of this size is made within about a millisecond */
-
 static int count_players(ll_session *session)
 {
     cJSON *params = ll_session_params(session);
@@ -82,8 +80,6 @@ static ll_status check_limits(ll_host *host, const ll_create_request *request)
                                   request->origin ? atomic_load(&request->origin->shared.log_bytes) : 0);
 }
 
-/* Parses the scenario of a new session. Without a task, a large one is refused, since making its state takes
- * long. */
 static ll_status read_scenario(const ll_host *host, const ll_create_request *request, ll_scenario *scenario)
 {
     if (request->origin)
@@ -92,14 +88,9 @@ static ll_status read_scenario(const ll_host *host, const ll_create_request *req
     if (request->seed >= 0)
         ((ll_scenario_head *)scenario->config)->seed = request->seed;
     ll_status status = ll_quota_check_state(&host->config, scenario);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         ll_scenario_free(scenario);
-        return status;
-    }
-    if (request->task || scenario->kind->size(scenario->config) <= LIGHT_BYTES)
-        return ll_ok();
-    ll_scenario_free(scenario);
-    return ll_error(LL_INTERRUPTED, "the session is large");
+    return status;
 }
 
 static ll_status register_created(ll_host *host, ll_session_entry *session_entry, ll_created_session *created)
@@ -136,8 +127,8 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
 {
     memset(created, 0, sizeof *created);
     ll_scenario scenario = {0};
-    ll_status status = read_scenario(host, request, &scenario);
-    LL_THEN(status, check_limits(host, request));
+    ll_status status = check_limits(host, request);
+    LL_THEN(status, read_scenario(host, request, &scenario));
     ll_session_entry *session_entry = ll_failed(&status) ? NULL : ll_session_entry_new(host);
     if (ll_failed(&status)) {
         ll_scenario_free(&scenario);

@@ -108,9 +108,9 @@ typedef struct ll_create_request {
     double speed;                   /* 0: default (1, or the origin's) */
     const char *group;              /* id whose stem the session gets; NULL: none */
     int64_t group_most;             /* sessions with that stem */
-    const char *peer;               /* the client's address, for the rate limit */
+    const char *peer;               /* the client's address, whose quotas count */
     struct ll_class_key *class_key; /* whose quotas count in place of the address's; NULL: none */
-    struct ll_task *task; /* needed for a large session, and for a fork, whose origin may have to wake */
+    struct ll_task *task;           /* for a fork, whose origin may have to wake */
 } ll_create_request;
 
 /* Creates a session, which is stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or the
@@ -125,9 +125,10 @@ void ll_session_entry_release(ll_session_entry *session_entry);
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
-/* Of an experiment or a class, by `class_key` or, if that is NULL, by the address. LL_LIMIT.
- * ll_host_create_session checks this itself. */
-ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key);
+/* Of sessions, classes, experiments and jobs, by `class_key` or, if that is NULL, by the address; a fork of
+ * `origin` (may be NULL) counts by its log. LL_LIMIT. */
+ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key,
+                             const ll_session_entry *origin);
 
 /* What an operator sees of a session. */
 typedef struct ll_host_entry {

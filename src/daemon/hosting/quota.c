@@ -112,24 +112,31 @@ static bool take_rate(ll_host *host, const char *client, const ll_class_key *key
 
 static ll_status rate_full(ll_host *host, ll_class_key *key)
 {
-    atomic_fetch_add(&host->refused.creations, 1);
+    double most = rate_of(host, key);
     if (!key)
-        return ll_error(LL_LIMIT, "sessions: must be at most %g/min for one address",
-                        host->config.max_new_sessions_per_min);
+        return ll_error(LL_LIMIT, "sessions, classes and experiments: must be at most %g/min for one address",
+                        most);
     atomic_fetch_add(&key->refused, 1);
     return ll_error(
         LL_LIMIT,
         "The class key %s may make at most %g sessions, classes and experiments per minute; wait a little.",
-        key->name, rate_of(host, key));
+        key->name, most);
 }
 
-ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key)
+ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key,
+                             const ll_session_entry *origin)
 {
-    if (take_rate(host, peer, key, 1))
+    int64_t bytes = origin ? atomic_load(&origin->shared.log_bytes) : 0;
+    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES);
+    if (take_rate(host, peer, key, sessions))
         return ll_ok();
+    atomic_fetch_add(&host->refused.creations, 1);
     ll_status status = rate_full(host, key);
-    return key ? status
-               : ll_error(LL_LIMIT, "Too many classes, sessions and experiments created from this address.");
+    return sessions > 1 && !key ? ll_error(LL_LIMIT,
+                                           "sessions: must be at most %g/min for one address; this fork of a "
+                                           "log of %.1f MiB counts as %g",
+                                           rate_of(host, NULL), (double)bytes / mebi, sessions)
+                                : status;
 }
 
 ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes)
@@ -137,17 +144,6 @@ ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key
     ll_status status = total_full(host, bytes);
     LL_THEN(status, key ? key_logs_full(host, key, bytes)
                         : client_full(host, ll_quota_client_bytes(host, client), bytes));
-    if (ll_failed(&status))
-        return status;
-    if (key && ll_class_key_is_full(key, LL_KEY_SESSIONS))
-        return ll_quota_key_full(key);
-    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
-    if (take_rate(host, client, key, sessions))
-        return status;
-    status = rate_full(host, key);
-    return sessions > 1 && !key ? ll_error(LL_LIMIT,
-                                           "sessions: must be at most %g/min for one address; this fork of a "
-                                           "log of %.1f MiB counts as %g",
-                                           most, (double)bytes / mebi, sessions)
-                                : status;
+    return !ll_failed(&status) && key && ll_class_key_is_full(key, LL_KEY_SESSIONS) ? ll_quota_key_full(key)
+                                                                                    : status;
 }

@@ -18,10 +18,9 @@ struct ll_scenario;
 ll_status ll_quota_check_state(const ll_host_config *config, const struct ll_scenario *scenario);
 
 /* For a new session whose log begins with `bytes`, for a fork those of its origin, of a class key or, if that
- * is NULL, of the client. LL_IO when they do not fit, LL_LIMIT when it created too many: each started
- * LL_QUOTA_FORK_BYTES count as one session. */
+ * is NULL, of the client. LL_IO when they do not fit, LL_LIMIT when the class key has too many. */
 ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes);
 
 ll_status ll_quota_key_full(ll_class_key *key); /* of sessions: LL_LIMIT */
 
-enum { LL_QUOTA_FORK_BYTES = 64 << 10 };
+enum { LL_QUOTA_FORK_BYTES = 64 << 10 }; /* of its log: a fork counts as one session more for each */

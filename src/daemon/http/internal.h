@@ -16,7 +16,7 @@
 #include "daemon/support/tasks.h"
 #include "threads/clock.h"
 
-#define HTTP_LARGE_BODY (64u << 10) /* bytes; reading and checking a larger body runs as a task */
+#define HTTP_SHORT_BODY (4u << 10) /* bytes; reading and checking a larger body runs as a task */
 /* bytes of a refused body that are read, so that its sender sees the answer */
 #define HTTP_SWALLOW (8u << 20)
 

@@ -394,7 +394,7 @@ bool ll_http_handle(http_exchange *exchange)
         ll_http_run_handler(exchange);
         return true;
     }
-    if (exchange->request.body_size > HTTP_LARGE_BODY) {
+    if (exchange->request.body_size > HTTP_SHORT_BODY) {
         run_on = LL_HTTP_TASK;
     }
     exchange->phase = HTTP_WAITING;

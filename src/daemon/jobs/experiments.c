@@ -371,21 +371,21 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     return status;
 }
 
-ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_record *record,
+ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_record *record)
+{
+    ll_status status =
+        ll_is_id(id) ? ll_result_store_record(x->store, id, record) : ll_error(LL_NOT_FOUND, "id");
+    return status.code == LL_NOT_FOUND ? ll_error(LL_NOT_FOUND, "Experiment not found.") : status;
+}
+
+ll_status ll_experiments_read(ll_experiments *x, const char *id, const ll_interrupt *interrupt,
                               ll_experiment **experiment)
 {
     char *text = NULL;
     cJSON *json = NULL;
-    if (!ll_is_id(id))
-        return ll_error(LL_NOT_FOUND, "Experiment not found.");
-    ll_status status = ll_result_store_record(x->store, id, record);
-    if (status.code == LL_NOT_FOUND)
-        return ll_error(LL_NOT_FOUND, "Experiment not found.");
-    if (ll_failed(&status) || !experiment)
-        return status;
-    status = ll_result_store_specification(x->store, id, &text);
+    ll_status status = ll_result_store_specification(x->store, id, &text);
     LL_THEN(status, ll_json_parse(text, strlen(text), &json));
-    LL_THEN(status, ll_experiment_parse(json, x->config->scenarios, experiment));
+    LL_THEN(status, ll_experiment_parse(json, x->config->scenarios, interrupt, experiment));
     cJSON_Delete(json);
     free(text);
     return status;

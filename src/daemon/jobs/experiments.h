@@ -26,8 +26,9 @@ ll_result_store *ll_experiments_store(ll_experiments *experiments);
 ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment, const char *client,
                              ll_class_key *class_key, char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
 
-/* Reads the record, and its specification into `experiment` unless that is NULL. */
-ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_experiment_record *record,
+ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_experiment_record *record);
+/* Parses its specification, which may take long. */
+ll_status ll_experiments_read(ll_experiments *experiments, const char *id, const ll_interrupt *interrupt,
                               ll_experiment **experiment);
 bool ll_experiments_permits(const ll_experiment_record *record, const char *key);
 

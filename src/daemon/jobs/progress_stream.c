@@ -89,7 +89,7 @@ static void poll_experiment(ll_progress *p, watched *w)
 {
     ll_experiment_record record;
     pthread_mutex_unlock(&p->lock);
-    ll_status status = p->source.find(p->source.experiments, w->id, &record, NULL);
+    ll_status status = p->source.find(p->source.experiments, w->id, &record);
     pthread_mutex_lock(&p->lock);
     if (!ll_failed(&status))
         send_progress_to_all(p, w, &record);

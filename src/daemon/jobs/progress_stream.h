@@ -12,8 +12,7 @@ struct cJSON;
 /* Source of the progress; see experiments.h. */
 typedef struct ll_progress_source {
     ll_experiments *experiments;
-    ll_status (*find)(ll_experiments *experiments, const char *id, ll_experiment_record *record,
-                      ll_experiment **experiment);
+    ll_status (*find)(ll_experiments *experiments, const char *id, ll_experiment_record *record);
     void (*describe)(ll_experiments *experiments, const ll_experiment_record *record, struct cJSON *json);
     void (*tidy)(ll_experiments *experiments);
 } ll_progress_source;

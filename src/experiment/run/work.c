@@ -152,7 +152,7 @@ static ll_status load(worker_thread *b, const char *id)
     b->experiment = NULL;
     ll_status status = ll_result_store_specification(b->workers->config.store, id, &text);
     LL_THEN(status, ll_json_parse(text, strlen(text), &json));
-    LL_THEN(status, ll_experiment_parse(json, NULL, &b->experiment));
+    LL_THEN(status, ll_experiment_parse(json, NULL, NULL, &b->experiment));
     if (!ll_failed(&status))
         snprintf(b->id, sizeof b->id, "%s", id);
     cJSON_Delete(json);

@@ -179,21 +179,39 @@ static ll_status check_shape(const cJSON *json, const char *field, bool sampled)
     return ll_ok();
 }
 
-/* Checks every value alone, on a copy of the configuration. A rule that relates it to other parameters may
- * refuse it here and accept it with another axis' value, so only errors of the field itself count. */
-static ll_status check_values(const ll_axis *a, const char *field, const ll_param_table *scenario,
-                              const void *config)
+/* A rule that relates the value to other parameters may refuse it here and accept it with another axis'
+ * value, so only errors of the field itself count. */
+static ll_status check_value(const ll_axis *a, cJSON *value, const ll_param_table *scenario, void *copy)
 {
-    void *copy = malloc(scenario->size);
+    cJSON *patch = cJSON_CreateObject();
+    cJSON_AddItemToObject(patch, a->path, value);
+    ll_status status = ll_param_merge(scenario, patch, copy);
+    cJSON_Delete(patch);
+    if (status.code == LL_BAD_INPUT)
+        status = strcmp(status.field, a->path) == 0 ? below(a->field, &status) : ll_ok();
+    return status;
+}
+
+/* Every value alone, on a copy of the configuration. */
+ll_status ll_axis_check_values(const ll_axis *a, const ll_param_table *scenario, const void *config,
+                               const ll_interrupt *interrupt)
+{
+    cJSON *patch = cJSON_CreateObject(), *item = a->values ? a->values->child : NULL;
+    cJSON_AddNullToObject(patch, a->path);
+    void *copy = ll_param_clone(scenario, config, patch);
+    cJSON_Delete(patch);
     ll_status status = copy ? ll_ok() : ll_error(LL_NO_MEMORY, "out of memory: scenario");
+    ll_pace pace = ll_pace_by(interrupt, 1);
     for (int64_t k = 0; k < a->count && !ll_failed(&status); k++) {
-        cJSON *patch = cJSON_CreateObject();
-        memcpy(copy, config, scenario->size);
-        cJSON_AddItemToObject(patch, a->path, a->sampled ? ll_axis_sample(a, (double)k) : ll_axis_at(a, k));
-        status = ll_param_merge(scenario, patch, copy);
-        cJSON_Delete(patch);
-        if (status.code == LL_BAD_INPUT)
-            status = strcmp(status.field, a->path) == 0 ? below(field, &status) : ll_ok();
+        cJSON *value = item         ? cJSON_Duplicate(item, true)
+                       : a->sampled ? ll_axis_sample(a, (double)k)
+                                    : ll_axis_at(a, k);
+        status = check_value(a, value, scenario, copy);
+        ll_param_copy(scenario, copy, config);
+        item = item ? item->next : NULL;
+        if (!ll_failed(&status) && !ll_goes_on(&pace))
+            status =
+                ll_error(LL_INTERRUPTED, "interrupted after %lld values of %s", (long long)k + 1, a->field);
     }
     free(copy);
     return status;
@@ -252,6 +270,7 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
         return below(field, &status);
     }
     memcpy(a->path, s.path, sizeof a->path);
+    snprintf(a->field, sizeof a->field, "%s", field);
     a->from = s.from;
     a->to = s.to;
     a->scale = s.scale;
@@ -269,7 +288,6 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
         if (!a->values)
             status = check_range(a, field);
     }
-    LL_THEN(status, check_values(a, field, scenario, config));
     if (ll_failed(&status))
         ll_axis_free(a);
     return status;

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "param/param.h"
 
 enum { LL_AXIS_PATH_MAX = 120, LL_AXIS_VALUES_MAX = 10000 };
@@ -12,6 +13,7 @@ typedef enum ll_cell_type { LL_CELL_INT, LL_CELL_REAL, LL_CELL_BOOL, LL_CELL_TEX
 
 typedef struct ll_axis {
     char path[LL_AXIS_PATH_MAX + 8];
+    char field[40]; /* where it stands in the specification: `axes.0` */
     ll_cell_type type;
     struct cJSON *values; /* of a list, owned; NULL: a range */
     double from, to;
@@ -20,10 +22,13 @@ typedef struct ll_axis {
     bool sampled;  /* range of a sampled experiment without count: any value in it may be drawn */
 } ll_axis;
 
-/* Parses `json` and checks it with the scenario: the path must exist, each value must be in its range.
- * `sampled`: a range may lack a count. Errors name the field below `field` (`axes.0`). */
+/* Parses `json`; the path must exist in the scenario. `sampled`: a range may lack a count. Errors name the
+ * field below `field`. */
 ll_status ll_axis_parse(const struct cJSON *json, const char *field, bool sampled,
                         const ll_param_table *table, const void *config, ll_axis *axis);
+/* Each value must be in its range. Apart, since this takes long where there are many. */
+ll_status ll_axis_check_values(const ll_axis *axis, const ll_param_table *table, const void *config,
+                               const ll_interrupt *interrupt);
 void ll_axis_free(ll_axis *axis);
 
 /* The k-th of its `count` values; or the value at a position in [0, 1): one of these values, each equally

@@ -79,9 +79,11 @@ typedef struct ll_experiment {
     int64_t points, runs;
 } ll_experiment;
 
-/* Parses a specification and checks all that needs no runs: paths, values, the number of runs, metrics.
- * `scenarios` is the folder of the library. Errors name the field, its range and the value. */
-ll_status ll_experiment_parse(const struct cJSON *json, const char *scenarios, ll_experiment **experiment);
+/* Parses a specification and checks all that needs no runs: paths, the number of runs, values, metrics.
+ * `scenarios` is the folder of the library. Errors name the field, its range and the value; LL_INTERRUPTED:
+ * `interrupt` (may be NULL) broke it off. */
+ll_status ll_experiment_parse(const struct cJSON *json, const char *scenarios, const ll_interrupt *interrupt,
+                              ll_experiment **experiment);
 void ll_experiment_free(ll_experiment *experiment);
 
 /* The specification as text, with the scenario. Caller frees. NULL without memory. */

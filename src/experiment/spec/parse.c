@@ -82,13 +82,17 @@ static ll_status check_workload_at(const ll_experiment *e, int64_t point)
     return status;
 }
 
-static ll_status check_workload(const ll_experiment *e)
+static ll_status check_workload(const ll_experiment *e, const ll_interrupt *interrupt)
 {
     if (!e->workload)
         return ll_ok();
     ll_status base = check_workload_at(e, -1), status = base;
-    for (int64_t p = 0; status.code == LL_CONFLICT && p < e->points && p < POINTS_LOOKED_AT; p++)
+    ll_pace pace = ll_pace_by(interrupt, 1);
+    for (int64_t p = 0; status.code == LL_CONFLICT && p < e->points && p < POINTS_LOOKED_AT; p++) {
         status = check_workload_at(e, p);
+        if (!ll_goes_on(&pace))
+            return ll_error(LL_INTERRUPTED, "workload: checked with %lld points", (long long)p + 1);
+    }
     if (status.code != LL_CONFLICT)
         return status;
     return ll_field_error(LL_BAD_INPUT, "workload", "%s", base.text);
@@ -147,6 +151,14 @@ static ll_status read_axes(ll_experiment *e)
         e->dimension_count++;
     }
     return ll_ok();
+}
+
+static ll_status check_axes(const ll_experiment *e, const ll_interrupt *interrupt)
+{
+    ll_status status = ll_ok();
+    for (int a = 0; a < e->axis_count && !ll_failed(&status); a++)
+        status = ll_axis_check_values(&e->axes[a], e->base.kind->table, e->base.config, interrupt);
+    return status;
 }
 
 static ll_status count_runs(ll_experiment *e)
@@ -310,7 +322,9 @@ static ll_status check_with_metrics(ll_experiment *e)
     return status;
 }
 
-ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, ll_experiment **experiment)
+/* The number of runs before each value of the axes, which takes longest. */
+ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, const ll_interrupt *interrupt,
+                              ll_experiment **experiment)
 {
     *experiment = NULL;
     if (!cJSON_IsObject(json))
@@ -325,8 +339,9 @@ ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, ll_exper
     LL_THEN(status, read_set(e));
     LL_THEN(status, read_axes(e));
     LL_THEN(status, count_runs(e));
+    LL_THEN(status, check_axes(e, interrupt));
     LL_THEN(status, read_workload(e));
-    LL_THEN(status, check_workload(e));
+    LL_THEN(status, check_workload(e, interrupt));
     LL_THEN(status, check_with_metrics(e));
     if (ll_failed(&status)) {
         ll_experiment_free(e);

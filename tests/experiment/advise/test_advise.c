@@ -27,7 +27,7 @@ static ll_experiment *experiment(const char *text)
     cJSON *json = cJSON_Parse(text);
     ll_experiment *e;
     assert_non_null(json);
-    must(ll_experiment_parse(json, "scenarios", &e));
+    must(ll_experiment_parse(json, "scenarios", NULL, &e));
     cJSON_Delete(json);
     return e;
 }

@@ -24,7 +24,7 @@ static ll_experiment *long_run(void)
         "\"methods\":[{\"method\":\"rk4\",\"dt_s\":1e-5}]},\"metrics\":[\"methods.0.e_final\"]}";
     ll_experiment *e;
     cJSON *json = cJSON_Parse(text);
-    must(ll_experiment_parse(json, "scenarios", &e));
+    must(ll_experiment_parse(json, "scenarios", NULL, &e));
     cJSON_Delete(json);
     return e;
 }

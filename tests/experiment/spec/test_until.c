@@ -25,7 +25,7 @@ static ll_status parse(const char *until, int repeats, ll_experiment **e)
         "\"players.0.remote_error_m.max\"]}",
         repeats, until);
     cJSON *json = cJSON_Parse(text);
-    ll_status status = ll_experiment_parse(json, "scenarios", e);
+    ll_status status = ll_experiment_parse(json, "scenarios", NULL, e);
     cJSON_Delete(json);
     return status;
 }

@@ -49,7 +49,7 @@ static void read_pools(const char *scenario, double loss_pct, pool pools[METRICS
              "\"metrics\":[%s]}",
              scenario, loss_pct, loss_pct, RUNS, metrics);
     cJSON *json = cJSON_Parse(text);
-    ll_status status = ll_experiment_parse(json, "scenarios", &e);
+    ll_status status = ll_experiment_parse(json, "scenarios", NULL, &e);
     cJSON_Delete(json);
     if (ll_failed(&status))
         fail_msg("%s", status.text);
