@@ -67,18 +67,19 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
 static void run_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
                         ll_session_entry *session_entry, ll_command_request *command, command_args *o)
 {
+    uint32_t begun = request->begun;
     command->context = o;
     command->task = request->task;
+    command->begun = &begun;
     ll_status status = ll_host_command(api->host, session_entry, command);
+    response->begun = begun;
     ll_api_result(response, request, &status, o->answer);
 }
 
-/* Whether the operation can make the session run for long. */
-static bool may_take_long(const cJSON *body)
+static bool is_seek(const cJSON *body)
 {
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(body, "op");
-    return cJSON_IsString(op) &&
-           (strcmp(op->valuestring, "seek") == 0 || strcmp(op->valuestring, "step") == 0);
+    return cJSON_IsString(op) && strcmp(op->valuestring, "seek") == 0;
 }
 
 static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
@@ -90,7 +91,7 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
     if (ll_api_permits(request, response, session_entry, -1)) {
         cJSON *body = ll_api_body(request, response);
         command_args o = {.body = body};
-        if (body && !(may_take_long(body) && ll_http_become_task(request, response)))
+        if (body && !(is_seek(body) && ll_http_become_task(request, response)))
             run_command(api, request, response, session_entry, &command, &o);
         cJSON_Delete(body);
     }

@@ -37,15 +37,30 @@ static ll_status stop_seek(ll_session_entry *session_entry, bool ours, int64_t g
                     (long long)info.tick, (long long)goal);
 }
 
-/* Runs the seek to its end. Locked at the call and at the return, unless it is gone. */
-static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, bool *locked)
+/* A step of few short ticks ends here. Locked. */
+static ll_status begin_seek(ll_session_entry *session_entry, uint32_t *begun)
 {
-    uint32_t command_count = session_entry->command_count;
+    if (!ll_session_get_info(session_entry->session).seeking)
+        return ll_ok();
+    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->work.background_tick)
+        ll_session_entry_work(session_entry, NULL, 0);
+    if (ll_session_get_info(session_entry->session).seeking) {
+        *begun = session_entry->command_count;
+        return ll_error(LL_INTERRUPTED, "the session was busy seeking");
+    }
+    ll_session_entry_save(session_entry);
+    return ll_ok();
+}
+
+/* Runs the seek of a command to its end. Locked at the call and at the return, unless it is gone. */
+static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, uint32_t command_count,
+                             bool *locked)
+{
     int64_t goal = -1;
     for (;;) {
         ll_session_info info = ll_session_get_info(session_entry->session);
-        if (goal >= 0 && session_entry->command_count != command_count)
-            return stop_seek(session_entry, false, goal);
+        if (session_entry->command_count != command_count)
+            return stop_seek(session_entry, false, goal >= 0 ? goal : info.tick);
         if (!info.seeking)
             break;
         goal = info.tick + ll_session_due(session_entry->session, session_entry->wall);
@@ -78,9 +93,12 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
         return ll_session_entry_gone();
     }
     bool locked = true;
-    ll_status status = take(session_entry, request, session);
-    if (!ll_failed(&status) && request->task)
-        status = finish_seek(session_entry, request->task, &locked);
+    uint32_t begun = request->begun ? *request->begun : 0;
+    ll_status status = begun ? ll_ok() : take(session_entry, request, session);
+    if (!ll_failed(&status))
+        status = request->task ? finish_seek(session_entry, request->task,
+                                             begun ? begun : session_entry->command_count, &locked)
+                               : begin_seek(session_entry, request->begun);
     if (!locked)
         return status;
     if (!ll_failed(&status) && request->report)

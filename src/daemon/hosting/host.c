@@ -8,7 +8,9 @@
 
 static const double piece_ms = 2;             /* longest time that a session is locked */
 static const double worker_tick_limit_ms = 2; /* longer ticks are run by a task, not by a worker */
-static const double lock_timeout_ms = 20;     /* longest wait for a session's lock at a time */
+static const double lock_timeout_ms = 20;     /* longest wait of a task for a session's lock at a time */
+static const double short_wait_ms = 2;        /* the same of a short request, which then becomes a task */
+enum { LIGHT_BYTES = 6 << 20 };               /* short requests copy and hash no larger session */
 static const double catch_up_ms = 50;         /* longest time that a request spends on catching up */
 static const double tick_limit_ms =
     20; /* longest time of a tick while the lock is held, then it is interrupted */
@@ -236,7 +238,7 @@ ll_status ll_session_entry_gone(void)
 
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 {
-    while (!try_lock(session_entry, lock_timeout_ms)) {
+    while (!try_lock(session_entry, task ? lock_timeout_ms : short_wait_ms)) {
         if (!task || !ll_task_yield(task))
             return ll_error(LL_INTERRUPTED, "the session was busy");
     }
@@ -338,9 +340,10 @@ ll_status ll_session_entry_enter(ll_session_entry *session_entry, ll_task *task,
     bool parked = session_entry->session && ll_session_get_info(session_entry->session).parked;
     if (was_parked)
         *was_parked = parked;
-    if (!task && (!session_entry->session || parked)) {
+    if (!task && (!session_entry->session || parked || session_entry->work.background_tick ||
+                  ll_session_awake_bytes(session_entry->session) > LIGHT_BYTES)) {
         pthread_mutex_unlock(&session_entry->lock);
-        return ll_error(LL_INTERRUPTED, "the session was parked");
+        return ll_error(LL_INTERRUPTED, "the session was parked, busy or large");
     }
     ll_status status = wake(session_entry, task);
     LL_THEN(status, catch_up(session_entry, task));

@@ -171,8 +171,8 @@ bool ll_session_entry_glance(ll_session_entry *session_entry, ll_session_glance 
 
 /* Locks the session, wakes it and runs it up to the present. On an error it is not locked. `was_parked` may
  * be NULL. A session that is more than catch_up_ms of computing behind, or seeking, is returned at the tick
- * that it has, so that a request never waits for a session that is slower than real time. Without a task,
- * anything that would take more than a few milliseconds is LL_INTERRUPTED at once; with a task,
+ * that it has, so that a request never waits for a session that is slower than real time. Without a task, a
+ * session that is large, parked or busy is LL_INTERRUPTED at once, as it takes milliseconds; with a task,
  * LL_INTERRUPTED means that the task was stopped. */
 ll_status ll_session_entry_enter(ll_session_entry *session_entry, struct ll_task *task, ll_session **session,
                                  bool *was_parked);
@@ -184,7 +184,10 @@ void ll_host_release_memory(ll_host *host, int64_t bytes);
 
 /* Calls `change` with the session locked. If that begins a seek, the task runs it until it ends, the task is
  * stopped, or another command intervenes (LL_CONFLICT). `report` (may be NULL) is called at the end, with the
- * session locked again. */
+ * session locked again.
+ *
+ * Without a task, a seek that takes more than a few milliseconds is LL_INTERRUPTED, and the number of the
+ * command is in `begun`: the same call with a task and this number continues it. */
 typedef ll_status ll_host_change(void *context, ll_session *session, ll_time wall);
 typedef void ll_host_report(void *context, ll_session *session);
 typedef struct ll_command_request {
@@ -192,6 +195,7 @@ typedef struct ll_command_request {
     ll_host_report *report;
     void *context;
     struct ll_task *task;
-    bool clock; /* it only moves the clock */
+    uint32_t *begun; /* 0, or NULL with a task: it is a new command */
+    bool clock;      /* it only moves the clock */
 } ll_command_request;
 ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const ll_command_request *request);

@@ -69,6 +69,7 @@ static void *control_main(void *argument)
     while ((exchange = next_job(self.http, self.busy_since)) != NULL) {
         ll_http_run_handler(exchange);
         if (exchange->response.to_work) {
+            exchange->request.begun = exchange->response.begun;
             ll_http_clear(&exchange->response);
             ll_status status = ll_http_start_task(self.http, exchange);
             if (!ll_failed(&status)) {

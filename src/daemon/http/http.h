@@ -34,6 +34,7 @@ typedef struct ll_http_request {
         *host;   /* where the client asked: Host, or what a trusted proxy has in its place; may be NULL */
     char id[65]; /* X-Request-Id as received, or generated */
     struct ll_task *task; /* for LL_HTTP_TASK; else NULL */
+    uint32_t begun;       /* called again as a task: what the first call left in the response's */
     const void *impl;
 } ll_http_request;
 
@@ -77,6 +78,7 @@ typedef struct ll_http_response {
     int headers;
     bool failed; /* out of memory while writing: becomes a 503 */
     bool to_work;
+    uint32_t begun; /* what a handler has done before it becomes a task; 0: nothing */
 } ll_http_response;
 
 void ll_http_set_header(ll_http_response *response, const char *name, const char *value);
@@ -85,7 +87,7 @@ void ll_http_printf(ll_http_response *response, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 void ll_http_clear(ll_http_response *response); /* frees body and reader; status 200 again, headers cleared */
 
-/* True: the handler must return without having changed anything; it is called again as a task. */
+/* True: the handler must return, and is called again as a task; what it has changed it leaves in `begun`. */
 bool ll_http_become_task(const ll_http_request *request, ll_http_response *response);
 
 struct cJSON;
