@@ -9,7 +9,6 @@ import { client, openStream, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
 const C = '/api/v1/classes';
-const WRITTEN_MS = 300; /* after an answer, until its change is on disk: the daemon needs some milliseconds */
 
 /** A folder and what starts daemons on it, one after the other; all ends with the test. */
 function place(t) {
@@ -64,7 +63,6 @@ for (const how of ['kill', 'stop'])
     const first = await start(),
       room = await open(first.c),
       before = (await first.c.get(room.at)).json.state;
-    await pause(WRITTEN_MS);
     await first.daemon[how]();
     const { daemon, c } = await start();
     const found = await c.get(`${C}/${room.code.toLowerCase()}`);
@@ -120,7 +118,6 @@ test('a class that was frozen while it ran is frozen, and runs on to its stop', 
   await waitFor(async () => (await first.c.get(room.at)).json.state.status === 'paused', 'frozen');
   const { tick } = (await first.c.get(room.at)).json.state;
   assert.ok(tick < 400, 'before its stop');
-  await pause(WRITTEN_MS);
   await first.daemon.kill();
   const { c } = await start();
   await pause(500);
@@ -137,7 +134,6 @@ test('nothing that was shown once is on disk: neither keys nor tokens', async (t
   const { data, start } = place(t);
   const { daemon, c } = await start(),
     room = await open(c);
-  await pause(WRITTEN_MS);
   await daemon.kill();
   const files = readdirSync(data).filter((name) => name.startsWith('laglab.db'));
   const bytes = Buffer.concat(files.map((name) => readFileSync(path.join(data, name))));
@@ -151,12 +147,10 @@ test('an ended class stays ended, and one that was not used for --class-ttl-s is
     over = await open(first.c),
     old = await open(first.c);
   assert.equal((await first.c.call('DELETE', over.at, { key: over.key })).status, 204);
-  await pause(WRITTEN_MS);
   await first.daemon.kill();
   const second = await start();
   assert.equal((await second.c.get(over.at)).status, 404);
   assert.equal((await second.c.get(old.at)).status, 200);
-  await pause(WRITTEN_MS);
   await second.daemon.kill();
   await pause(2500);
   const third = await start(['--class-ttl-s', '2']);

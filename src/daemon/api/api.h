@@ -137,17 +137,23 @@ void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_resp
 
 /* The class of the path's first parameter, a code or an id; NULL: the error was answered. */
 ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_http_response *response);
-/* NULL: the class has ended, and a 404 was answered. */
-ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request,
-                            ll_http_response *response);
+/* For reading. NULL: the class has ended, and a 404 was answered. */
+const ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request,
+                                  ll_http_response *response);
+/* For a change (ll_class_entry_begin). NULL: the error was answered. */
+ll_class *ll_api_change_class(ll_class_entry *entry, const ll_http_request *request,
+                              ll_http_response *response);
+/* Its end (ll_class_entry_store). False: the error was answered, and nothing has changed. */
+bool ll_api_store_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response,
+                        const ll_status *made);
 void ll_api_refuse(const ll_http_request *request, ll_http_response *response,
                    const char *sentence); /* 403 */
 /* A body that may be left out; NULL: a 400 was answered. The caller deletes it. */
 struct cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response);
-/* Locks the class for its teacher, or the operator. NULL: the error was answered. */
-ll_class *ll_api_lock_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
-                                  ll_http_response *response);
-void ll_api_delete_copy(ll_api *api, const char *id, struct ll_task *task); /* a session; empty: none */
+/* Whether its teacher, or the operator, asks. False: the error was answered. */
+bool ll_api_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
+                        ll_http_response *response);
+void ll_api_delete_copy(ll_api *api, const char *id);                     /* a session; empty: none */
 void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* adds `links` */
 
 /* ---- handlers ---- */

@@ -11,7 +11,8 @@
 void ll_get_members(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    const ll_class *c = entry ? ll_api_lock_for_teacher(context, entry, request, response) : NULL;
+    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
+    const ll_class *c = permitted ? ll_api_lock_class(entry, request, response) : NULL;
     if (c) {
         cJSON *json = ll_class_describe_members(c);
         ll_class_entry_unlock(entry);
@@ -59,19 +60,18 @@ void ll_delete_members(void *context, const ll_http_request *request, ll_http_re
 {
     ll_class_reach reach;
     ll_class_entry *entry = ll_api_class(context, request, response);
-    ll_class *c = entry ? ll_api_lock_for_teacher(context, entry, request, response) : NULL;
+    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
+    ll_class *c = permitted ? ll_api_change_class(entry, request, response) : NULL;
     if (c) {
         int64_t number = read_number(request->parameter[1]);
         copies list = {.ids = calloc((size_t)c->capacity, sizeof *list.ids)};
         ll_status status = list.ids ? read_reach(request, &reach) : ll_error(LL_NO_MEMORY, "out of memory");
         LL_THEN(status, ll_class_remove(c, number < 0 ? 0 : (uint32_t)number, reach, note, &list));
-        ll_class_entry_unlock(entry);
-        for (int i = 0; i < list.count; i++)
-            ll_api_delete_copy(context, list.ids[i], request->task);
+        bool stored = ll_api_store_class(entry, request, response, &status);
+        for (int i = 0; stored && i < list.count; i++)
+            ll_api_delete_copy(context, list.ids[i]);
         free(list.ids);
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-        else
+        if (stored)
             response->status = 204;
     }
     ll_class_entry_release(entry);
@@ -80,16 +80,14 @@ void ll_delete_members(void *context, const ll_http_request *request, ll_http_re
 void ll_delete_seat(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    ll_class *c = entry ? ll_api_lock_for_teacher(context, entry, request, response) : NULL;
+    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
+    ll_class *c = permitted ? ll_api_change_class(entry, request, response) : NULL;
     if (c) {
         int64_t player = read_number(request->parameter[1]);
         ll_status status = player < 0 || player >= LL_PLAYERS_MAX
                                ? ll_error(LL_NOT_FOUND, "The board has no such player.")
                                : ll_class_free_seat(c, (int)player, ll_now_ns());
-        ll_class_entry_unlock(entry);
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-        else
+        if (ll_api_store_class(entry, request, response, &status))
             response->status = 204;
     }
     ll_class_entry_release(entry);

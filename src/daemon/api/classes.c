@@ -23,13 +23,33 @@ ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_htt
     return entry;
 }
 
-ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response)
+const ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request,
+                                  ll_http_response *response)
 {
-    ll_class *c = ll_class_entry_lock(entry);
+    const ll_class *c = ll_class_entry_lock(entry);
     ll_status ended = ll_error(LL_NOT_FOUND, "The class has ended.");
     if (!c)
         ll_api_problem(response, request, &ended);
     return c;
+}
+
+ll_class *ll_api_change_class(ll_class_entry *entry, const ll_http_request *request,
+                              ll_http_response *response)
+{
+    ll_class *c;
+    ll_status status = ll_class_entry_begin(entry, &c);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    return c;
+}
+
+bool ll_api_store_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response,
+                        const ll_status *made)
+{
+    ll_status status = ll_class_entry_store(entry, made);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    return !ll_failed(&status);
 }
 
 void ll_api_refuse(const ll_http_request *request, ll_http_response *response, const char *sentence)
@@ -38,16 +58,18 @@ void ll_api_refuse(const ll_http_request *request, ll_http_response *response, c
     ll_api_problem(response, request, &error);
 }
 
-ll_class *ll_api_lock_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
-                                  ll_http_response *response)
+bool ll_api_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
+                        ll_http_response *response)
 {
     const char *key = ll_api_key(request, response, "the class's teacher_key");
-    ll_class *c = key ? ll_api_lock_class(entry, request, response) : NULL;
-    if (!c || ll_key_matches(&c->teacher, key, strlen(key)) || ll_api_is_operator(api, key))
-        return c;
+    const ll_class *c = key ? ll_api_lock_class(entry, request, response) : NULL;
+    if (!c)
+        return false;
+    bool good = ll_key_matches(&c->teacher, key, strlen(key)) || ll_api_is_operator(api, key);
     ll_class_entry_unlock(entry);
-    ll_api_refuse(request, response, "Not the teacher's key of this class.");
-    return NULL;
+    if (!good)
+        ll_api_refuse(request, response, "Not the teacher's key of this class.");
+    return good;
 }
 
 cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response)
@@ -95,9 +117,13 @@ void ll_api_class_links(const ll_class_entry *entry, cJSON *json)
 }
 
 static void answer_class(ll_api *api, const ll_http_request *request, ll_http_response *response, int status,
-                         const ll_class_entry *entry, cJSON *state, const char *key)
+                         ll_class_entry *entry, const char *key)
 {
-    cJSON *json = cJSON_CreateObject();
+    const ll_class *c = ll_api_lock_class(entry, request, response);
+    if (!c)
+        return;
+    cJSON *json = cJSON_CreateObject(), *state = ll_class_describe(c, ll_now_ns());
+    ll_class_entry_unlock(entry);
     cJSON_AddStringToObject(json, "id", ll_class_entry_id(entry));
     cJSON_AddStringToObject(json, "code", ll_class_entry_code(entry));
     if (key)
@@ -120,23 +146,14 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response) ||
         !ll_api_rate(api, request, response, class_key, NULL))
         return;
-    cJSON *body = ll_api_optional_body(request, response), *state = NULL;
+    cJSON *body = ll_api_optional_body(request, response);
     if (!body)
         return;
-    ll_status status = ll_classes_open(api->classes, request->peer, class_key, key, &entry);
-    ll_class *c = entry ? ll_class_entry_lock(entry) : NULL;
-    if (c) {
-        status = ll_class_change(c, body);
-        state = ll_class_describe(c, ll_now_ns());
-        ll_class_entry_unlock(entry);
-    }
+    ll_status status = ll_classes_open(api->classes, request->peer, class_key, body, key, &entry);
     if (ll_failed(&status)) {
-        if (entry)
-            ll_class_entry_end(entry, "it was not opened");
         ll_api_problem(response, request, &status);
-        cJSON_Delete(state);
     } else {
-        answer_class(api, request, response, 201, entry, state, key);
+        answer_class(api, request, response, 201, entry, key);
         snprintf(location, sizeof location, "/api/v1/classes/%s", ll_class_entry_id(entry));
         ll_http_set_header(response, "Location", location);
     }
@@ -147,29 +164,32 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
 void ll_get_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    ll_class *c = entry ? ll_api_lock_class(entry, request, response) : NULL;
-    if (c) {
-        cJSON *state = ll_class_describe(c, ll_now_ns());
-        ll_class_entry_unlock(entry);
-        answer_class(context, request, response, 200, entry, state, NULL);
-    }
+    if (entry)
+        answer_class(context, request, response, 200, entry, NULL);
     ll_class_entry_release(entry);
+}
+
+static void patch_class(ll_class_entry *entry, const cJSON *body, const ll_http_request *request,
+                        ll_http_response *response)
+{
+    ll_class *c = ll_api_change_class(entry, request, response);
+    if (!c)
+        return;
+    ll_status status = ll_class_change(c, body);
+    cJSON *state = ll_class_describe(c, ll_now_ns());
+    if (ll_api_store_class(entry, request, response, &status))
+        ll_http_json(response, 200, state);
+    else
+        cJSON_Delete(state);
 }
 
 void ll_patch_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    ll_class *c = entry ? ll_api_lock_for_teacher(context, entry, request, response) : NULL;
-    if (c) {
-        ll_class_entry_unlock(entry); /* the body is parsed without the lock */
+    if (entry && ll_api_for_teacher(context, entry, request, response)) {
         cJSON *body = ll_api_body(request, response);
-        c = body ? ll_api_lock_class(entry, request, response) : NULL;
-        if (c) {
-            ll_status status = ll_class_change(c, body);
-            cJSON *state = ll_class_describe(c, ll_now_ns());
-            ll_class_entry_unlock(entry);
-            ll_api_result(response, request, &status, state);
-        }
+        if (body)
+            patch_class(entry, body, request, response);
         cJSON_Delete(body);
     }
     ll_class_entry_release(entry);
@@ -178,10 +198,11 @@ void ll_patch_class(void *context, const ll_http_request *request, ll_http_respo
 void ll_delete_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && ll_api_lock_for_teacher(context, entry, request, response)) {
-        ll_class_entry_unlock(entry);
-        ll_class_entry_end(entry, "the teacher has ended the class");
+    if (entry && ll_api_for_teacher(context, entry, request, response)) {
+        ll_status status = ll_class_entry_end(entry, "the teacher has ended the class");
         response->status = 204;
+        if (ll_failed(&status))
+            ll_api_problem(response, request, &status);
     }
     ll_class_entry_release(entry);
 }
@@ -216,16 +237,20 @@ static ll_session_entry *find_own(ll_api *api, const cJSON *body, const ll_http_
     return NULL;
 }
 
-static void show(ll_api *api, ll_class_entry *entry, const ll_session_entry *session)
+static bool show(ll_api *api, ll_class_entry *entry, const ll_session_entry *session,
+                 const ll_http_request *request, ll_http_response *response)
 {
     char before[LL_ID_LENGTH + 1] = "";
-    ll_class *c = ll_class_entry_lock(entry);
+    const ll_status good = ll_ok();
+    ll_class *c = ll_api_change_class(entry, request, response);
     if (!c)
-        return;
+        return false;
     memcpy(before, c->board.link.session, sizeof before);
     ll_class_set_board(c, ll_session_entry_id(session));
-    ll_class_entry_unlock(entry);
+    if (!ll_api_store_class(entry, request, response, &good))
+        return false;
     ll_classes_revoke(api->classes, before);
+    return true;
 }
 
 static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, const ll_http_request *request,
@@ -245,7 +270,12 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
         created.session_entry = NULL;
     if (!created.session_entry)
         return;
-    show(api, entry, created.session_entry);
+    if (!show(api, entry, created.session_entry, request, response)) {
+        if (!given)
+            ll_host_discard(api->host, created.session_entry, NULL);
+        ll_session_entry_release(created.session_entry);
+        return;
+    }
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", ll_session_entry_id(created.session_entry));
     cJSON_AddItemToObject(json, "owner_key",
@@ -259,8 +289,7 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
 void ll_put_board(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && ll_api_lock_for_teacher(context, entry, request, response)) {
-        ll_class_entry_unlock(entry);
+    if (entry && ll_api_for_teacher(context, entry, request, response)) {
         cJSON *body = ll_api_body(request, response);
         if (body)
             put_board(context, entry, body, request, response);

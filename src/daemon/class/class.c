@@ -31,6 +31,22 @@ void ll_class_end(ll_class *c)
     c->capacity = 0;
 }
 
+ll_class *ll_class_copy(const ll_class *c)
+{
+    size_t size = (size_t)c->capacity * sizeof *c->members;
+    ll_class *copy = malloc(sizeof *copy);
+    ll_class_member *members = malloc(size);
+    if (!copy || !members) {
+        free(copy);
+        free(members);
+        return NULL;
+    }
+    *copy = *c;
+    copy->members = members;
+    memcpy(members, c->members, size);
+    return copy;
+}
+
 /* ---- the teacher ---- */
 
 static void ask(ll_class *c)

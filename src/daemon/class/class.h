@@ -158,6 +158,7 @@ typedef struct ll_class {
 
 ll_status ll_class_init(ll_class *c, int capacity, const ll_key_hash *teacher);
 void ll_class_end(ll_class *c);
+ll_class *ll_class_copy(const ll_class *c); /* NULL without memory; the caller ends and frees it */
 
 /* The teacher's merge patch of ll_class_table, all or nothing. LL_BAD_INPUT names field and range. */
 ll_status ll_class_change(ll_class *c, const struct cJSON *patch);

@@ -112,16 +112,17 @@ static ll_status add(ll_classes *classes, ll_class_entry *entry)
     LL_TRY(check_quota(classes, entry));
     if (classes->stopping || !choose_names(classes, entry))
         return ll_error(LL_UNAVAILABLE, "No class can be opened now.");
-    entry->touched = true;
-    ll_status status = ll_class_entry_list(entry);
-    if (!ll_failed(&status))
-        ll_class_entry_store(entry, ll_now_ns());
+    LL_TRY(ll_class_entry_list(entry));
+    ll_status status = ll_class_entry_store_new(entry);
+    if (ll_failed(&status))
+        ll_classes_close_ended(classes);
     return status;
 }
 
 ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *class_key,
-                          char key[LL_KEY_LENGTH + 1], ll_class_entry **result)
+                          const struct cJSON *settings, char key[LL_KEY_LENGTH + 1], ll_class_entry **result)
 {
+    LL_TRY(ll_store_check(classes->store));
     ll_key_hash hash;
     ll_class_entry *entry = calloc(1, sizeof *entry);
     *result = NULL;
@@ -136,6 +137,7 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
         memcpy(entry->key_name, class_key->name, sizeof entry->key_name);
     entry->used = ll_now_ns();
     ll_status status = ll_class_init(&entry->values, (int)classes->config.max_class_members, &hash);
+    LL_THEN(status, ll_class_change(&entry->values, settings));
     if (!ll_failed(&status)) {
         entry->values.home = ll_class_client(peer);
         pthread_mutex_lock(&classes->lock);
@@ -147,16 +149,6 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
     else
         *result = entry;
     return status;
-}
-
-void ll_class_entry_end(ll_class_entry *entry, const char *reason)
-{
-    ll_classes *classes = entry->classes;
-    pthread_mutex_lock(&classes->lock);
-    if (!entry->ended)
-        entry->ended = reason;
-    ll_classes_close_ended(classes);
-    pthread_mutex_unlock(&classes->lock);
 }
 
 const ll_classes_config *ll_classes_get_config(const ll_classes *classes)
@@ -174,7 +166,7 @@ int64_t ll_classes_count(ll_classes *classes)
 
 /* ---- the values of a class ---- */
 
-ll_class *ll_class_entry_lock(ll_class_entry *entry)
+const ll_class *ll_class_entry_lock(ll_class_entry *entry)
 {
     pthread_mutex_lock(&entry->classes->lock);
     entry->used = ll_now_ns();
@@ -186,11 +178,6 @@ ll_class *ll_class_entry_lock(ll_class_entry *entry)
 
 void ll_class_entry_unlock(ll_class_entry *entry)
 {
-    entry->touched = true;
-    if (!entry->ended)
-        ll_class_entry_store(entry, ll_now_ns());
-    entry->classes->news = true;
-    pthread_cond_signal(&entry->classes->wake);
     pthread_mutex_unlock(&entry->classes->lock);
 }
 
@@ -232,22 +219,26 @@ static int guest_role(void *context, const char *session, const char *key, size_
 static bool visit(ll_class_entry *entry, ll_time now)
 {
     ll_classes *classes = entry->classes;
-    ll_class *c = &entry->values;
+    const ll_class *c = &entry->values;
     bool active =
         entry->viewers || c->now.frozen || c->now.phase == LL_CLASS_RUN || now - entry->used < 10 * LL_SECOND;
     if (entry->viewers)
         entry->used = now;
     else if ((double)(now - entry->used) > classes->config.class_ttl_s * 1e9)
-        entry->ended = "the class was not used for too long (--class-ttl-s)";
+        ll_class_entry_begin_end(entry, "the class was not used for too long (--class-ttl-s)");
     if (entry->ended)
         return false;
-    ll_class_pass_time(c, now);
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+        ll_class *each = ll_class_entry_version(entry, i);
+        if (each)
+            ll_class_pass_time(each, now);
+    }
     if (active && now - entry->looked_at >= TICK_NS) {
         entry->looked_at = now;
         ll_class_entry_look(entry);
     }
     ll_class_entry_work(entry, now);
-    ll_class_entry_store(entry, now);
+    ll_class_entry_keep(entry, now);
     ll_class_entry_tell(entry, now);
     return active || entry->working || now < entry->retry_at;
 }
@@ -296,11 +287,13 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_cond_init(&classes->wake, &monotonic);
+    pthread_cond_init(&classes->settled, &monotonic);
     pthread_condattr_destroy(&monotonic);
     classes->lookups = ll_rate_limits_new(lookups / 60, lookups);
     ll_ws_hooks hooks = ll_classes_hooks(classes);
     ll_ws_set_hooks(ws, LL_STREAM_CLASS, &hooks);
     ll_host_set_guests(host, guest_role, classes);
+    ll_store_on_commit(store, ll_classes_on_commit, classes);
     LL_TRY(ll_classes_restore(classes));
     classes->started = classes->lookups && pthread_create(&classes->thread, NULL, serve, classes) == 0;
     return classes->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start the thread of classes");
@@ -331,6 +324,7 @@ void ll_classes_free(ll_classes *classes)
     }
     ll_rate_limits_free(classes->lookups);
     pthread_cond_destroy(&classes->wake);
+    pthread_cond_destroy(&classes->settled);
     pthread_mutex_destroy(&classes->lock);
     free(classes);
 }

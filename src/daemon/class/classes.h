@@ -1,10 +1,10 @@
 /* All classes of the daemon: codes, quotas, their streams, and what they do to sessions.
  *
  * A class is found by its code (limited per address) or its id, and held by a counted reference. Its values
- * (class.h) may be used only between ll_class_entry_lock and ll_class_entry_unlock, for microseconds. A
- * thread sends what changed to the members: what the teacher does at once, counts and measurements twice a
- * second at most. Sessions are paused, played and given to persons by a task of each class, which compares
- * what the class wants with what it did last.
+ * (class.h) may be used only while it is locked, for microseconds. A thread sends what changed to the
+ * members: what the teacher does at once, counts and measurements twice a second at most. Sessions are
+ * paused, played and given to persons by a task of each class, which compares what the class wants with what
+ * it did last.
  *
  * With a store a class outlives the daemon: code, keys, seats, votes, phase and board are there again, and
  * its connections are lost ones. Without one it ends with the daemon.
@@ -40,10 +40,11 @@ void ll_classes_free(ll_classes *classes); /* after tasks, handlers and hooks ha
 const ll_classes_config *ll_classes_get_config(const ll_classes *classes);
 int64_t ll_classes_count(ll_classes *classes);
 
-/* A new class with its teacher's key, which is not kept. `class_key` (NULL: none): its quota counts in place
- * of the address's, now and for the class's sessions. LL_LIMIT: too many. */
+/* A new class with its teacher's key, which is not kept; `settings`: of ll_class_table. `class_key` (NULL:
+ * none): its quota counts in place of the address's, now and for the class's sessions. LL_LIMIT: too many;
+ * LL_IO: it was not stored. */
 ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *class_key,
-                          char key[LL_KEY_LENGTH + 1], ll_class_entry **entry);
+                          const struct cJSON *settings, char key[LL_KEY_LENGTH + 1], ll_class_entry **entry);
 
 /* By code, in letters of either case, or by id. LL_NOT_FOUND; LL_LIMIT: this address looked up too many codes
  * that do not exist. */
@@ -56,10 +57,18 @@ const char *ll_class_entry_id(const ll_class_entry *entry);
 const char *ll_class_entry_code(const ll_class_entry *entry);
 ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry); /* NULL: none */
 
-/* NULL: the class has ended, and is not locked. */
-ll_class *ll_class_entry_lock(ll_class_entry *entry);
-void ll_class_entry_unlock(ll_class_entry *entry); /* what changed is sent and done */
+/* For reading, as it is stored. NULL: the class has ended, and is not locked. */
+const ll_class *ll_class_entry_lock(ll_class_entry *entry);
+void ll_class_entry_unlock(ll_class_entry *entry);
 
-void ll_class_entry_end(ll_class_entry *entry, const char *reason);
+/* A change: begin locks, and gives a copy with all changes before this one. The caller changes it by
+ * functions of class.h, and passes the result to store, which unlocks. After an error the copy is dropped,
+ * and with it all that was changed; else store returns when the copy is stored and has become the class.
+ * LL_IO: the store fails; LL_NOT_FOUND: the class has ended. What follows from the change, as a revoked key
+ * or a deleted session, comes after store. */
+ll_status ll_class_entry_begin(ll_class_entry *entry, ll_class **c);
+ll_status ll_class_entry_store(ll_class_entry *entry, const ll_status *made);
+
+ll_status ll_class_entry_end(ll_class_entry *entry, const char *reason); /* as a change */
 /* No key of a class counts any more on the streams of this session. */
 void ll_classes_revoke(ll_classes *classes, const char *session);

@@ -12,6 +12,11 @@ int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewe
     return present ? viewer->place : -1;
 }
 
+ll_class *ll_class_entry_version(ll_class_entry *entry, int i)
+{
+    return i == 0 ? &entry->values : i == 1 ? entry->sent : entry->draft;
+}
+
 static void free_viewers(ll_class_entry *entry)
 {
     while (entry->viewers) {
@@ -31,7 +36,12 @@ void ll_class_entry_release(ll_class_entry *entry)
     if (!entry || atomic_fetch_sub(&entry->references, 1) > 1)
         return;
     free_viewers(entry);
-    ll_class_end(&entry->values);
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+        if (ll_class_entry_version(entry, i))
+            ll_class_end(ll_class_entry_version(entry, i));
+    }
+    free(entry->sent);
+    free(entry->draft);
     free(entry);
 }
 
@@ -98,7 +108,6 @@ void ll_classes_close_ended(ll_classes *classes)
         classes->count--;
         if (entry->class_key)
             atomic_fetch_sub(&entry->class_key->used[LL_KEY_CLASSES], 1);
-        ll_store_delete_class(classes->store, entry->id);
         pthread_mutex_unlock(&classes->lock);
         ll_classes_revoke(classes, entry->values.board.link.session);
         ll_ws_stream_close(entry->stream, LL_WS_NO_SESSION, entry->ended);

@@ -125,12 +125,23 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     pthread_mutex_unlock(&classes->lock);
 }
 
+/* The version, if it has the member of this connection. */
+static ll_class *version_with(ll_class_entry *entry, const class_viewer *viewer, int i)
+{
+    ll_class *c = ll_class_entry_version(entry, i);
+    bool has = c && viewer->place >= 0 && c->members[viewer->place].used &&
+               c->members[viewer->place].number == viewer->number;
+    return has ? c : NULL;
+}
+
 /* The member of this connection has gone, or the connection becomes another's. */
 static void detach(ll_class_entry *entry, class_viewer *viewer, ll_time now)
 {
-    int place = ll_class_viewer_place(entry, viewer);
-    if (place >= 0)
-        ll_class_disconnected(&entry->values, place, now);
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+        ll_class *c = version_with(entry, viewer, i);
+        if (c)
+            ll_class_disconnected(c, viewer->place, now);
+    }
     viewer->place = -1;
     viewer->teacher = false;
 }
@@ -139,7 +150,7 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
 {
     if (!cJSON_IsString(key))
         return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key or a token (text).");
-    ll_class *c = &entry->values;
+    const ll_class *c = &entry->values;
     size_t length = strlen(key->valuestring);
     int place = ll_class_find(c, key->valuestring, length);
     if (place < 0 && ll_class_has_removed(c, key->valuestring, length))
@@ -151,10 +162,13 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     detach(entry, viewer, now);
     viewer->teacher = teacher;
     viewer->place = place;
-    c->stirred = c->stirred || teacher; /* so that it receives the members */
-    if (place >= 0) {
-        viewer->number = c->members[place].number;
-        ll_class_connected(c, place, now);
+    viewer->number = place >= 0 ? c->members[place].number : 0;
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+        ll_class *any = ll_class_entry_version(entry, i), *with = version_with(entry, viewer, i);
+        if (any)
+            any->stirred = any->stirred || teacher; /* so that it receives the members */
+        if (with)
+            ll_class_connected(with, place, now);
     }
     return ll_ok();
 }
@@ -206,9 +220,11 @@ static void on_pong(void *context, void *session, ll_ws_viewer id, int64_t round
     ll_class_entry *entry = session;
     pthread_mutex_lock(&classes->lock);
     const class_viewer *viewer = find_viewer(entry, id);
-    int place = viewer ? ll_class_viewer_place(entry, viewer) : -1;
-    if (place >= 0)
-        ll_class_heard(&entry->values, place, round_trip_ns, ll_now_ns());
+    for (int i = 0; viewer && i < LL_CLASS_VERSIONS; i++) {
+        ll_class *c = version_with(entry, viewer, i);
+        if (c)
+            ll_class_heard(c, viewer->place, round_trip_ns, ll_now_ns());
+    }
     pthread_mutex_unlock(&classes->lock);
 }
 

@@ -140,6 +140,24 @@ static ll_status read_players(ll_session_entry *session_entry, action *a, ll_tas
     return status;
 }
 
+/* That a session plays is stored before it is held, so that it goes on playing also after a restart. */
+static ll_status note_resume(ll_class_entry *entry, const action *a)
+{
+    ll_session_glance glance;
+    const ll_status good = ll_ok();
+    ll_class *c;
+    ll_session_entry *session_entry = ll_host_find(entry->classes->host, a->session);
+    bool plays = session_entry && ll_session_entry_glance(session_entry, &glance) &&
+                 glance.status == LL_SESSION_PLAYING;
+    ll_session_entry_release(session_entry);
+    if (!plays)
+        return ll_ok();
+    LL_TRY(ll_class_entry_begin(entry, &c));
+    ll_class_link *link = a->place < 0 ? &c->board.link : &c->members[a->place].copy;
+    link->resume = link->resume || strcmp(link->session, a->session) == 0;
+    return ll_class_entry_store(entry, &good);
+}
+
 static ll_status perform(ll_classes *classes, action *a, ll_task *task)
 {
     ll_session_entry *session_entry = ll_host_find(classes->host, a->session);
@@ -163,8 +181,7 @@ static ll_status perform(ll_classes *classes, action *a, ll_task *task)
 static void settle_link(ll_class_link *link, const action *a)
 {
     link->held = a->deed == HOLD;
-    if (a->deed == HOLD)
-        link->resume = a->was_playing;
+    link->resume = link->held && (link->resume || a->was_playing);
 }
 
 static void settle_board(ll_class *c, const action *a)
@@ -173,7 +190,8 @@ static void settle_board(ll_class *c, const action *a)
     bool plays = a->deed == PLAY || (a->deed == LET_GO && a->plays);
     if (a->deed == HOLD || a->deed == LET_GO)
         settle_link(&board->link, a);
-    if (a->deed == PLAY || a->deed == PAUSE)
+    if ((a->deed == PLAY && board->order == LL_CLASS_PLAY_BOARD) ||
+        (a->deed == PAUSE && board->order == LL_CLASS_PAUSE_BOARD)) /* else another came meanwhile */
         board->order = LL_CLASS_NO_ORDER;
     if (plays)
         board->status = LL_SESSION_PLAYING; /* it may stop before the next check */
@@ -227,11 +245,15 @@ static bool step(ll_class_entry *entry, ll_task *task)
     pthread_mutex_unlock(&classes->lock);
     if (!wanted)
         return false;
-    ll_status status = perform(classes, &a, task);
+    ll_status status = a.deed == HOLD ? note_resume(entry, &a) : ll_ok();
+    LL_THEN(status, perform(classes, &a, task));
     pthread_mutex_lock(&classes->lock);
-    if (is_final(status.code))
-        settle(&entry->values, &a, status.code == LL_NOT_FOUND);
-    else
+    for (int i = 0; i < LL_CLASS_VERSIONS && is_final(status.code); i++) {
+        ll_class *c = ll_class_entry_version(entry, i);
+        if (c)
+            settle(c, &a, status.code == LL_NOT_FOUND);
+    }
+    if (!is_final(status.code))
         entry->retry_at = ll_now_ns() + RETRY_NS;
     entry->working = is_final(status.code);
     classes->news = true;
@@ -270,9 +292,8 @@ void ll_class_entry_work(ll_class_entry *entry, ll_time now)
 /* ---- looking ---- */
 
 /* A session that plays although it is held, as a copy whose owner pressed play, is held again. */
-static void look_at_copies(ll_class_entry *entry)
+static void look_at_copies(ll_class_entry *entry, ll_class *c)
 {
-    ll_class *c = &entry->values;
     for (int i = 0; i < c->capacity; i++) {
         ll_class_link *copy = &c->members[i].copy;
         if (!c->members[i].used || !copy->held)
@@ -285,12 +306,11 @@ static void look_at_copies(ll_class_entry *entry)
     }
 }
 
-void ll_class_entry_look(ll_class_entry *entry)
+static void look(ll_class_entry *entry, ll_class *c)
 {
-    ll_class *c = &entry->values;
     ll_class_board *board = &c->board;
     if (c->now.frozen)
-        look_at_copies(entry);
+        look_at_copies(entry, c);
     if (!board->link.session[0])
         return;
     ll_session_entry *session_entry = ll_host_find(entry->classes->host, board->link.session);
@@ -309,4 +329,13 @@ void ll_class_entry_look(ll_class_entry *entry)
         ll_class_see_board(c, (int)glance.status, glance.tick);
     }
     ll_session_entry_release(session_entry);
+}
+
+void ll_class_entry_look(ll_class_entry *entry)
+{
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+        ll_class *c = ll_class_entry_version(entry, i);
+        if (c)
+            look(entry, c);
+    }
 }

@@ -110,20 +110,17 @@ static ll_status apply(ll_session_entry *session_entry, const ll_command_request
 
 ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const ll_command_request *request)
 {
-    LL_TRY(ll_host_check_store(host));
+    LL_TRY(ll_store_check(host->store));
     uint64_t ticket = 0;
     LL_TRY(apply(session_entry, request, &ticket));
     atomic_fetch_add(&host->counts.commands, 1);
     ll_status status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) {
-        atomic_fetch_add(&host->refused.store, 1);
         return ll_error(status.code, "Command not stored; a restart may lose it: %.170s", status.text);
     }
     return ll_ok();
 }
 
-/* Removes a session from memory and registry, also while the store fails; its row is deleted when the store
- * works again. */
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket)
 {
     pthread_mutex_lock(&session_entry->lock);
@@ -140,7 +137,9 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
         ll_session_entry_count_memory(session_entry, 0);
         atomic_store(&session_entry->shared.status, -1);
         ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
-        *ticket = ll_store_delete(host->store, session_entry->stored.number);
+        uint64_t queued = ll_store_delete(host->store, session_entry->stored.number);
+        if (ticket)
+            *ticket = queued;
     }
     pthread_mutex_unlock(&session_entry->lock);
     if (first)
@@ -150,7 +149,7 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task *task)
 {
-    LL_TRY(ll_host_check_store(host));
+    LL_TRY(ll_store_check(host->store));
     LL_TRY(ll_session_entry_lock(session_entry, task)); /* a task that runs it unlocks within a piece */
     pthread_mutex_unlock(&session_entry->lock);
     uint64_t ticket = 0;

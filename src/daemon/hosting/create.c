@@ -75,7 +75,7 @@ static ll_status make_session(ll_session_entry *session_entry, const ll_create_r
 
 static ll_status check_limits(ll_host *host, const ll_create_request *request)
 {
-    LL_TRY(ll_host_check_store(host));
+    LL_TRY(ll_store_check(host->store));
     return ll_quota_check_session(host, request->peer, request->class_key,
                                   request->origin ? atomic_load(&request->origin->shared.log_bytes) : 0);
 }
@@ -173,7 +173,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     atomic_fetch_add(&host->counts.created, 1);
     status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) { /* no client has its key: it is deleted when the store works again */
-        ll_host_discard(host, session_entry, &ticket);
+        ll_host_discard(host, session_entry, NULL);
         ll_session_entry_release(session_entry);
         return ll_error(status.code, "Session not stored: %.200s", status.text);
     }

@@ -357,12 +357,3 @@ void ll_session_entry_leave(ll_session_entry *session_entry)
     pthread_mutex_unlock(&session_entry->lock);
     ll_session_entry_notify(session_entry);
 }
-
-ll_status ll_host_check_store(ll_host *host)
-{
-    ll_status why;
-    if (!ll_store_failing(host->store, &why))
-        return ll_ok();
-    atomic_fetch_add(&host->refused.store, 1);
-    return ll_error(why.code, "Storage unavailable; change rejected: %.180s", why.text);
-}

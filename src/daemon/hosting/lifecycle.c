@@ -283,7 +283,7 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .refused_creations = atomic_load(&host->refused.creations),
         .refused_lookups = atomic_load(&host->refused.lookups),
         .refused_commands = atomic_load(&host->refused.commands),
-        .refused_store = atomic_load(&host->refused.store),
+        .refused_store = (uint64_t)ll_store_get_stats(host->store).refused,
         .refused_memory = atomic_load(&host->refused.memory),
         .refused_logs = atomic_load(&host->refused.logs),
         .log_bytes = atomic_load(&host->usage.log_bytes),

@@ -183,7 +183,7 @@ typedef struct ll_host_counts {
 
 /* What was refused, by the limit that it met. */
 typedef struct ll_host_refusals {
-    _Atomic uint64_t sessions, creations, lookups, commands, store, memory, logs;
+    _Atomic uint64_t sessions, creations, lookups, commands, memory, logs;
 } ll_host_refusals;
 
 /* What the sessions hold, bytes. */
@@ -242,7 +242,6 @@ void ll_session_entry_notify(ll_session_entry *session_entry); /* the worker vis
 
 /* ---- host.c ---- */
 
-ll_status ll_host_check_store(ll_host *host); /* LL_IO while the store fails */
 bool ll_session_entry_is_heavy(
     const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
 ll_status ll_session_entry_gone(void);      /* LL_NOT_FOUND: it was deleted meanwhile */
@@ -267,11 +266,6 @@ bool ll_host_register(ll_host *host,
                       ll_session_entry *session_entry); /* assigns a code if it has none; false: full */
 void ll_host_unregister(ll_host *host, ll_session_entry *session_entry);
 int64_t ll_host_count_stem(ll_host *host, const char *stem); /* sessions here with that stem */
-
-/* ---- command.c ---- */
-
-/* False: it was discarded already. */
-bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket);
 
 /* ---- stored.c ---- */
 

@@ -125,7 +125,7 @@ void ll_viewers_send_hellos(ll_session_entry *session_entry)
 static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, const ll_stream_input *input)
 {
     ll_host *host = session_entry->host;
-    LL_TRY(ll_host_check_store(host));
+    LL_TRY(ll_store_check(host->store));
     double rate = host->config.max_commands_per_s;
     if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, wall)) {
         atomic_fetch_add(&host->refused.commands, 1);

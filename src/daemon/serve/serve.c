@@ -228,13 +228,13 @@ static ll_status stop(daemon_parts *d)
     ll_experiments_stop(d->experiments);
     ll_web_server_close(d->web_server);
     ll_tasks_free(d->tasks);
-    ll_classes_free(d->api.classes);
     ll_experiments_close(d->experiments);
     if (atomic_flag_test_and_set(&d->saving))
         pause(); /* the forced exit came first, and ends the process */
     if (d->host)
         ll_host_save(d->host, true);
     ll_status status = ll_store_close(d->store);
+    ll_classes_free(d->api.classes); /* both after the store, whose thread uses them */
     ll_host_free(d->host);
     ll_api_end(&d->api);
     return status;

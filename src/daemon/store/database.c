@@ -65,27 +65,23 @@ static const char *const statement_sql[STATEMENTS] = {
 
 /* ---- errors ---- */
 
-/* What SQLite said last, with the name of the folder. */
+/* What SQLite and the system said last, with the name of the file. */
 static ll_status failure(const ll_database *database, sqlite3 *db, const char *doing)
 {
-    int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
+    int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM, cause = db ? sqlite3_system_errno(db) : 0;
+    const char *said = db ? sqlite3_errmsg(db) : "no memory";
     switch (code & 0xff) {
-    case SQLITE_FULL:
-        return ll_error(LL_IO, "Disk of %s is full.", database->directory);
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-    case SQLITE_PERM:
-        return ll_error(LL_IO, "Cannot write to %s: %s.", database->directory, sqlite3_errmsg(db));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
         return ll_error(LL_IO, "Database in %s is locked by another program.", database->directory);
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-        return ll_error(LL_IO, "%s/laglab.db is damaged or not a database: %s.", database->directory,
-                        sqlite3_errmsg(db));
+        return ll_error(LL_IO, "%s/laglab.db is damaged or not a database: %s.", database->directory, said);
     default:
-        return ll_error(LL_IO, "%s in %s failed: %s.", doing, database->directory,
-                        db ? sqlite3_errmsg(db) : "no memory");
+        if (cause == 0)
+            return ll_error(LL_IO, "%s %s/laglab.db failed: %s.", doing, database->directory, said);
+        return ll_error(LL_IO, "%s %s/laglab.db failed: %s (%s).", doing, database->directory, said,
+                        strerror(cause));
     }
 }
 
@@ -180,6 +176,21 @@ ll_status ll_database_commit(ll_database *database, const record *batch)
     return failed;
 }
 
+enum { SPARE = 64 << 10, MOST = 16 << 20 };
+
+/* Writes a row that no session has, and deletes it: its pages are there for what comes. */
+ll_status ll_database_try_room(ll_database *database, int64_t bytes)
+{
+    sqlite3 *db = database->writer;
+    char *sql = sqlite3_mprintf("INSERT OR REPLACE INTO class_keys VALUES(0, zeroblob(%lld));"
+                                "DELETE FROM class_keys WHERE session=0;",
+                                (long long)(bytes < MOST ? bytes : MOST) + SPARE);
+    bool good = sql && sqlite3_exec(db, sql, NULL, NULL, NULL) == SQLITE_OK;
+    ll_status status = good ? ll_ok() : failure(database, db, "Writing");
+    sqlite3_free(sql);
+    return status;
+}
+
 /* ---- opening ---- */
 
 static ll_status make_directory(const char *directory)
@@ -238,14 +249,14 @@ static ll_status prepare_schema(ll_database *database)
     sqlite3 *db = database->writer;
     int64_t version = 0;
     if (!read_number(db, "PRAGMA user_version", &version))
-        return failure(database, db, "Opening the database");
+        return failure(database, db, "Opening");
     LL_TRY(check_version(database, version));
     if (version == 0) {
         char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
         int result = sqlite3_exec(db, made, NULL, NULL, NULL);
         sqlite3_free(made);
         if (result != SQLITE_OK)
-            return failure(database, db, "Creating the database");
+            return failure(database, db, "Creating");
     }
     /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
     if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
@@ -264,22 +275,22 @@ static ll_status open_files(ll_database *database)
     snprintf(path, sizeof path, "%s/laglab.db", database->directory);
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (sqlite3_open_v2(path, &database->writer, flags, NULL) != SQLITE_OK)
-        return failure(database, database->writer, "Opening the database");
+        return failure(database, database->writer, "Opening");
     sqlite3_busy_timeout(database->writer, BUSY_MS);
     if (sqlite3_exec(database->writer, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
                      NULL) != SQLITE_OK)
-        return failure(database, database->writer, "Opening the database");
+        return failure(database, database->writer, "Opening");
     ll_status status = prepare_schema(database);
     for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
         if (sqlite3_prepare_v3(database->writer, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
                                &database->prepared[i], NULL) != SQLITE_OK)
-            status = failure(database, database->writer, "Opening the database");
+            status = failure(database, database->writer, "Opening");
     }
     if (ll_failed(&status))
         return status;
     if (sqlite3_open_v2(path, &database->reader, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
         SQLITE_OK)
-        return failure(database, database->reader, "Opening the database");
+        return failure(database, database->reader, "Opening");
     sqlite3_busy_timeout(database->reader, BUSY_MS);
     return ll_ok();
 }

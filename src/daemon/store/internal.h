@@ -29,6 +29,9 @@ int64_t ll_database_highest_number(const ll_database *database); /* of a row whe
 /* By the writer thread. All or nothing; the same batch may be written again. */
 ll_status ll_database_commit(ll_database *database, const record *batch);
 
+/* By the writer thread: whether as many bytes, and some more, can be written. */
+ll_status ll_database_try_room(ll_database *database, int64_t bytes);
+
 /* As the functions of store.h. */
 ll_status ll_database_list(ll_database *database, void (*each)(void *context, const ll_stored *stored),
                            void *context);

@@ -9,13 +9,20 @@
 #include <time.h>
 
 #include "base/assert.h"
+#include "base/vtime.h"
 #include "daemon/store/internal.h"
+#include "daemon/support/log.h"
 #include "threads/clock.h"
 
 const double ll_store_time_limits[LL_STORE_TIMES - 1] = {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02,
                                                          0.05,   0.1,   0.2,   0.5,   1};
 
-enum { RETRY_S = 1 }; /* after a failed commit */
+enum { RETRY_S = 1, HOOKS = 2 }; /* RETRY_S: after a failed commit */
+
+typedef struct hook {
+    void (*notify)(void *context);
+    void *context;
+} hook;
 
 struct ll_store {
     ll_database *database;
@@ -29,8 +36,8 @@ struct ll_store {
     ll_store_stats stats;
     bool closing, failing;
     ll_status why;
-    void (*notify)(void *context);
-    void *notify_context;
+    int64_t failing_since, refused_before; /* when it began to fail: ns, and what was refused until then */
+    hook hooks[HOOKS];
 };
 
 /* ---- the writer thread ---- */
@@ -61,16 +68,57 @@ static void count_time(ll_store *store, int64_t ns)
     store->stats.commit_s += s;
 }
 
+static bool is_class(const record *r)
+{
+    return r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS;
+}
+
+/* Removes the classes from the queue: their changes are dropped. Locked. */
+static void drop_classes(ll_store *store)
+{
+    store->last = NULL;
+    for (record **link = &store->first; *link;) {
+        record *r = *link;
+        if (is_class(r)) {
+            *link = r->next;
+            free(r);
+            store->stats.queued--;
+        } else {
+            store->last = r;
+            link = &r->next;
+        }
+    }
+}
+
+/* One line when it begins to fail and one when it works again. Locked. */
+static void log_change(ll_store *store, const ll_status *status)
+{
+    bool failing = ll_failed(status);
+    if (failing && !store->failing) {
+        store->failing_since = ll_now_ns();
+        store->refused_before = store->stats.refused;
+        ll_log_write("error", "the store fails", "%s Changes are refused until it works again.",
+                     status->text);
+    } else if (!failing && store->failing) {
+        ll_log_write("warn", "the store works again", "It failed for %.1f s; %lld changes were refused.",
+                     ll_to_s(ll_now_ns() - store->failing_since),
+                     (long long)(store->stats.refused - store->refused_before));
+    }
+}
+
 /* Locked. */
 static void settle(ll_store *store, record *batch, record *last, uint64_t ticket, int64_t size,
                    ll_status status)
 {
+    log_change(store, &status);
     store->failing = ll_failed(&status);
     store->why = status;
     if (store->failing) { /* back to the front of the queue, in order */
-        last->next = store->first;
-        store->first = batch;
-        store->last = store->last ? store->last : last;
+        if (last) {
+            last->next = store->first;
+            store->first = batch;
+        }
+        drop_classes(store);
         store->stats.failures++;
     } else {
         LL_ASSERT(ticket >= store->durable && size <= store->stats.queued); /* in the order of the queue */
@@ -81,28 +129,43 @@ static void settle(ll_store *store, record *batch, record *last, uint64_t ticket
     pthread_cond_broadcast(&store->done);
 }
 
+/* After a failure, room for more than what is queued is tried first: otherwise small records would still fit
+ * on a full disk, and larger ones fail again. */
+static ll_status commit(ll_store *store, const record *batch, bool try_room)
+{
+    int64_t bytes = 0;
+    for (const record *r = batch; r; r = r->next)
+        bytes += (int64_t)r->size;
+    if (try_room)
+        LL_TRY(ll_database_try_room(store->database, bytes));
+    return ll_database_commit(store->database, batch);
+}
+
 /* The lock is held at the call and at the return. */
 static void write_batch(ll_store *store)
 {
     record *batch = store->first, *last = store->last;
-    LL_ASSERT(batch != NULL && last != NULL && last->next == NULL);
+    LL_ASSERT(!last || last->next == NULL);
     uint64_t ticket = store->ticket;
     int64_t size = store->stats.queued;
+    bool try_room = store->failing && !store->closing;
     store->first = store->last = NULL;
     pthread_mutex_unlock(&store->lock);
     int64_t from = ll_now_ns();
-    ll_status status = ll_database_commit(store->database, batch);
+    ll_status status = commit(store, batch, try_room);
     int64_t ns = ll_now_ns() - from;
     pthread_mutex_lock(&store->lock);
     settle(store, batch, last, ticket, size, status);
     count_time(store, ns);
-    void (*notify)(void *context) = store->notify;
-    void *context = store->notify_context;
+    hook hooks[HOOKS];
+    memcpy(hooks, store->hooks, sizeof hooks);
     pthread_mutex_unlock(&store->lock);
     if (!ll_failed(&status))
         free_records(batch);
-    if (notify)
-        notify(context);
+    for (int i = 0; i < HOOKS; i++) {
+        if (hooks[i].notify)
+            hooks[i].notify(hooks[i].context);
+    }
     pthread_mutex_lock(&store->lock);
 }
 
@@ -112,9 +175,9 @@ static void *write_all(void *argument)
     pthread_setname_np(pthread_self(), "store");
     pthread_mutex_lock(&store->lock);
     for (;;) {
-        while (!store->first && !store->closing)
+        while (!store->first && !store->closing && !store->failing)
             pthread_cond_wait(&store->queued, &store->lock);
-        if (!store->first)
+        if (!store->first && store->closing)
             break;
         bool last_try = store->closing;
         write_batch(store);
@@ -175,7 +238,7 @@ ll_status ll_store_close(ll_store *store)
     pthread_cond_broadcast(&store->queued);
     pthread_mutex_unlock(&store->lock);
     pthread_join(store->thread, NULL);
-    ll_status status = store->failing ? store->why : ll_ok();
+    ll_status status = store->first ? store->why : ll_ok();
     free_store(store);
     return status;
 }
@@ -244,6 +307,11 @@ uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch)
         return 0;
     }
     pthread_mutex_lock(&store->lock);
+    if (store->failing && is_class(taken.first)) {
+        pthread_mutex_unlock(&store->lock);
+        free_records(taken.first);
+        return 0;
+    }
     if (store->last)
         store->last->next = taken.first;
     else
@@ -326,8 +394,20 @@ ll_status ll_store_wait(ll_store *store, uint64_t ticket)
     while (ticket > store->durable && !store->failing)
         pthread_cond_wait(&store->done, &store->lock);
     ll_status status = ticket > store->durable ? store->why : ll_ok();
+    store->stats.refused += ll_failed(&status);
     pthread_mutex_unlock(&store->lock);
     return status;
+}
+
+ll_status ll_store_check(ll_store *store)
+{
+    ll_status why;
+    if (!ll_store_failing(store, &why))
+        return ll_ok();
+    pthread_mutex_lock(&store->lock);
+    store->stats.refused++;
+    pthread_mutex_unlock(&store->lock);
+    return ll_error(why.code, "Storage unavailable; change rejected: %.180s", why.text);
 }
 
 bool ll_store_failing(ll_store *store, ll_status *why)
@@ -368,7 +448,9 @@ void ll_store_on_commit(ll_store *store, void (*notify)(void *context), void *co
     if (!store)
         return;
     pthread_mutex_lock(&store->lock);
-    store->notify = notify;
-    store->notify_context = context;
+    int i = 0;
+    while (i < HOOKS - 1 && store->hooks[i].notify)
+        i++;
+    store->hooks[i] = (hook){notify, context};
     pthread_mutex_unlock(&store->lock);
 }

@@ -6,9 +6,11 @@
  * -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose the last
  * commits).
  *
- * When a commit fails, the queue is kept in order and retried every second. Until then
- * ll_store_wait fails and ll_store_failing is true: the host refuses changes before applying them, so that a
- * session is never further ahead of its stored log than by the lines in flight at the first failure.
+ * When a commit fails, the records of sessions are kept in order and tried again every second; those of
+ * classes are dropped, since a class changes when its record is stored. Until then ll_store_wait fails and
+ * ll_store_check too: changes are refused before they are applied, so that a session is never further ahead
+ * of its stored log than by the lines in flight at the first failure. The log gets one line when the store
+ * begins to fail, with the cause, and one when it works again.
  *
  * Any thread; a NULL store means "in memory only". */
 #pragma once
@@ -45,9 +47,9 @@ enum { LL_STORE_TIMES = 12 };
 extern const double ll_store_time_limits[LL_STORE_TIMES - 1];
 
 typedef struct ll_store_stats {
-    int64_t queued, commits, failures;
-    int64_t times[LL_STORE_TIMES]; /* histogram of the time of a commit */
-    double commit_s;               /* sum of these times */
+    int64_t queued, commits, failures, refused; /* refused: changes, while it failed */
+    int64_t times[LL_STORE_TIMES];              /* histogram of the time of a commit */
+    double commit_s;                            /* sum of these times */
 } ll_store_stats;
 
 /* Opens or creates DIRECTORY/laglab.db and takes DIRECTORY/lock. Messages of errors (LL_IO) name the
@@ -77,7 +79,8 @@ uint64_t ll_store_put(ll_store *store,
                       const ll_stored *stored); /* a new row, or a new clock of a stored one */
 uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, int64_t number);
-/* A class, in place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time. */
+/* A class, in place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time.
+ * 0: the store fails; a ticket that is not durable when it fails was dropped. */
 uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
 uint64_t ll_store_delete_class(ll_store *store, const char *id);
 
@@ -97,9 +100,10 @@ uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch); /* empties the
 ll_status ll_store_wait(ll_store *store, uint64_t ticket);
 
 bool ll_store_failing(ll_store *store, ll_status *why); /* `why` may be NULL */
-uint64_t ll_store_durable(ll_store *store);             /* the last durable ticket */
+ll_status ll_store_check(ll_store *store); /* before a change: LL_IO while it fails, and counts the refusal */
+uint64_t ll_store_durable(ll_store *store); /* the last durable ticket */
 ll_store_stats ll_store_get_stats(ll_store *store);
 
-/* The writer thread calls `notify` after each commit and each failure, without a lock. Set once, before
- * queueing. */
+/* The writer thread calls `notify` after each commit and each failure, without a lock. For at most two,
+ * before they queue. */
 void ll_store_on_commit(ll_store *store, void (*notify)(void *context), void *context);
