@@ -174,8 +174,3 @@ foreach(package IN ITEMS lit-html @preact/signals-core lean-qr uplot)
     file(READ ${modules}/${package}/LICENSE licence)
     file(APPEND ${vendor}/LICENSES.txt "\n==== ${package} ${version} ====\n\n${licence}")
 endforeach()
-
-# The daemon sends what is compressed here to who takes it: a first load is measured in bytes.
-find_program(GZIP gzip REQUIRED)
-file(GLOB_RECURSE texts ${BINARY}/www/*.html ${BINARY}/www/*.css ${BINARY}/www/*.js ${BINARY}/www/*.json ${BINARY}/www/*.svg ${BINARY}/www/*.txt)
-execute_process(COMMAND ${GZIP} -9 -n -k -f ${texts} COMMAND_ERROR_IS_FATAL ANY)

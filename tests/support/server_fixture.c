@@ -265,6 +265,7 @@ void test_server_open(test_server *f)
     ll_http_app app = {.routes = routes,
                        .route_count = sizeof routes / sizeof *routes,
                        .context = f,
+                       .documents = &f->documents,
                        .started = has_started};
     ll_ws_hooks hooks = {.context = f,
                          .opened = on_opened,
@@ -295,6 +296,7 @@ void test_server_close(test_server *f)
     atomic_store(&f->end, true);
     pthread_join(f->publisher, NULL);
     ll_web_server_close(f->web_server);
+    ll_documents_free(&f->documents);
 }
 
 /* ---- a client ---- */

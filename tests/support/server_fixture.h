@@ -11,12 +11,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "daemon/http/documents.h"
 #include "daemon/listener/web_server.h"
 
 #define FRONT_SESSIONS 4
 
 typedef struct test_server {
     ll_web_server_config config;
+    ll_documents documents; /* none; may be filled before it is opened */
     ll_web_server *web_server;
     ll_ws *ws;
     ll_ws_stream *stream[FRONT_SESSIONS];

@@ -10,6 +10,7 @@
 
 #include "daemon/class/classes.h"
 #include "daemon/hosting/host.h"
+#include "daemon/http/documents.h"
 #include "daemon/http/http.h"
 #include "daemon/jobs/jobs.h"
 #include "daemon/listener/web_server.h"
@@ -31,7 +32,8 @@ typedef struct ll_api {
     ll_classes *classes;                 /* set before the phase is LL_API_READY */
     ll_jobs *jobs;                       /* searches for advice, measurements */
     _Atomic(ll_web_server *) web_server; /* set when it is started */
-    const char *scenarios, *documents;   /* folders */
+    const char *scenarios;               /* folder */
+    ll_documents documents;              /* constant ones */
     atomic_int phase;
     ll_time started;
     ll_http_route *routes; /* the table with the configured body limit */
@@ -44,6 +46,9 @@ typedef struct ll_api {
 
 ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
                       struct ll_tasks *tasks);
+/* Makes all constant documents, those of the page in the folder `www` included. A folder that is not there is
+ * logged, and its documents are missing. */
+ll_status ll_api_describe(ll_api *api, const char *www);
 void ll_api_end(ll_api *api);
 void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
                  double seconds);
@@ -158,15 +163,13 @@ void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* add
 
 /* ---- handlers ---- */
 
-ll_http_handler ll_get_scenarios, ll_get_scenario, ll_get_schema, ll_get_openapi, ll_get_asyncapi,
-    ll_get_schemas, ll_get_stream_schema, ll_get_metric_tables;
+ll_http_handler ll_get_document, ll_get_scenarios, ll_get_scenario, ll_get_schema;
 ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
 ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_packets, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
-    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
-    ll_get_experiment_library;
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace;
 ll_http_handler ll_get_tradeoffs, ll_post_tradeoffs, ll_get_tradeoff, ll_delete_tradeoff;
 ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation, ll_get_class_keys;
 ll_http_handler ll_post_classes, ll_get_class, ll_patch_class, ll_delete_class, ll_put_board;

@@ -22,19 +22,19 @@ static const ll_http_route table[] = {
     {.method = "GET",
      .pattern = V1 "/scenarios",
      .handler = ll_get_scenarios,
-     .run_on = LL_HTTP_TASK,
-     .query = "brief"},
+     .query = "brief",
+     .document = true},
     {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario, .run_on = LL_HTTP_TASK},
     {.method = "GET",
      .pattern = V1 "/schema",
      .handler = ll_get_schema,
-     .run_on = LL_HTTP_TASK, /* which compresses: 58 kB of a first load */
-     .query = "kind,brief"},
-    {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
-    {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_schemas},
-    {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
-    {.method = "GET", .pattern = V1 "/stream/schema.json", .handler = ll_get_stream_schema},
-    {.method = "GET", .pattern = V1 "/metrics", .handler = ll_get_metric_tables},
+     .query = "kind,brief",
+     .document = true},
+    {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_document, .document = true},
+    {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_document, .document = true},
+    {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_document, .document = true},
+    {.method = "GET", .pattern = V1 "/stream/schema.json", .handler = ll_get_document, .document = true},
+    {.method = "GET", .pattern = V1 "/metrics", .handler = ll_get_document, .document = true},
     {.method = "POST",
      .pattern = V1 "/sessions",
      .handler = ll_post_sessions,
@@ -110,11 +110,8 @@ static const ll_http_route table[] = {
      .run_on = LL_HTTP_TASK,
      .query = "dry_run"},
     {.method = "GET", .pattern = V1 "/experiments", .handler = ll_get_experiments, .run_on = LL_HTTP_TASK},
-    {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
-    {.method = "GET",
-     .pattern = V1 "/experiments/library",
-     .handler = ll_get_experiment_library,
-     .run_on = LL_HTTP_TASK},
+    {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_document, .document = true},
+    {.method = "GET", .pattern = V1 "/experiments/library", .handler = ll_get_document, .document = true},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}",
      .handler = ll_get_experiment,
@@ -240,7 +237,6 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
     api->tasks = tasks;
     api->jobs = ll_jobs_new(tasks, config);
     api->scenarios = config->scenarios;
-    api->documents = config->api;
     api->started = ll_now_ns();
     api->route_count = (int)(sizeof table / sizeof table[0]);
     api->routes = malloc(sizeof table);
@@ -261,6 +257,7 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
 
 void ll_api_end(ll_api *api)
 {
+    ll_documents_free(&api->documents);
     free(api->routes);
     api->routes = NULL;
     ll_jobs_free(api->jobs);

@@ -184,7 +184,6 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->http = http;
     exchange->connection = connection;
     exchange->watched = watched_of(connection);
-    exchange->file = -1;
     exchange->begin_ns = ll_now_ns();
     exchange->path = strdup(path);
     exchange->parameters = malloc(strlen(path) + 1);
@@ -237,9 +236,6 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
         MHD_destroy_response(exchange->upgrade);
     }
     free(exchange->offer);
-    if (exchange->file >= 0) {
-        close(exchange->file);
-    }
     atomic_fetch_sub(&http->answer_bytes, exchange->counted);
     ll_http_clear(&exchange->response);
     free(exchange->body);

@@ -73,7 +73,8 @@ typedef struct ll_http_response {
     void (*reader_free)(void *context); /* called once, also when the client disconnected */
     FILE *file;                         /* instead of bytes: `file_size` bytes of it from `file_from` on */
     uint64_t file_from, file_size;
-    size_t held; /* bytes of memory held by reader or file */
+    struct ll_document *document; /* instead of bytes: see documents.h */
+    size_t held;                  /* bytes of memory held by reader or file */
     ll_http_header_line header[LL_HTTP_HEADERS];
     int headers;
     bool failed; /* out of memory while writing: becomes a 503 */
@@ -110,6 +111,7 @@ typedef struct ll_http_route {
     const char *pattern; /* `/api/v1/sessions/{id}/state`; {name} is one segment, a final {name*} is the rest
                             (not empty) */
     ll_http_handler *handler;
+    bool document;     /* it answers with a constant document, and has its second address */
     size_t body_limit; /* bytes; 0: a body is a 413 */
     const char *types; /* accepted Content-Types, comma separated; NULL: any. If set, a body without
                           Content-Type is a 415 */
@@ -124,7 +126,8 @@ typedef struct ll_http_app {
     /* Whether all that is stored has its stream; if not it answers 503. NULL: it has. */
     bool (*started)(void *context, const ll_http_request *request, ll_http_response *response);
     const char *shard; /* of this daemon: each request may say ?shard= with it. Empty or NULL: none may */
-    struct ll_tasks *tasks; /* for LL_HTTP_TASK */
+    struct ll_documents *documents; /* NULL: none */
+    struct ll_tasks *tasks;         /* for LL_HTTP_TASK */
     /* Called after each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and
      * unmatched requests. May be NULL. */
     void (*done)(void *context, const ll_http_request *request, const ll_http_route *route, int status,

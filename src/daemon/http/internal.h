@@ -1,11 +1,12 @@
 /* Shared by http.c (the library's callbacks), routes.c (selects the handler), dispatch.c (runs handlers),
- * send.c (answers), upgrade.c (upgrades on kept connections) and files.c (the page). */
+ * files.c (the page), send.c (answers) and upgrade.c (upgrades on kept connections). */
 #pragma once
 
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
+#include "daemon/http/documents.h"
 #include "daemon/http/http.h"
 #include "daemon/http/http_problem.h"
 #include "daemon/net/config.h"
@@ -57,15 +58,14 @@ typedef struct http_exchange {
     char *parameters; /* a copy of the path, split into segments */
     char *body;
     size_t body_capacity, body_limit, swallowed;
-    bool refused;      /* the response was made before the body arrived */
-    bool ambiguous;    /* two parsers could read it as two requests: the connection must end */
-    bool head;         /* HEAD */
+    bool refused;   /* the response was made before the body arrived */
+    bool ambiguous; /* two parsers could read it as two requests: the connection must end */
+    bool head;      /* HEAD */
+    enum { HTTP_ITS_ADDRESS, HTTP_OUR_DIGEST, HTTP_OTHER_DIGEST } named; /* see documents.h */
     bool cross_origin; /* an allowed foreign origin: may read the answer */
     int64_t begin_ns;
     http_upgrade *offer;
     struct MHD_Response *upgrade; /* status 101 */
-    int file;                     /* descriptor of a file to send, or -1 */
-    uint64_t file_size;
     struct http_exchange *next_job;
     int64_t queued_ns; /* when it was queued for the pool */
     int64_t counted;   /* bytes counted in answer_bytes */
@@ -119,6 +119,9 @@ bool ll_http_start_control(ll_http *http); /* starts one more thread */
 void ll_http_stop_control(ll_http *http);
 void ll_http_stop_tasks(ll_http *http); /* drains the tasks, and waits for those of requests */
 
+void ll_http_take_digest(http_exchange *exchange); /* off a second address of a document: sets `named` */
+void ll_http_file(http_exchange *exchange); /* fills the response: a file of the page, a redirect or 404 */
+
 enum MHD_Result ll_http_send(http_exchange *exchange);
 void ll_http_compress(http_exchange *exchange); /* compresses the answer if the client accepts it and the type
                                                    compresses well */
@@ -127,6 +130,3 @@ void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const cha
 
 /* Status 101 for a valid upgrade; NULL without memory. */
 struct MHD_Response *ll_http_accept_upgrade(ll_http *http, const ll_upgrade *upgrade, http_upgrade **offer);
-
-/* The page: fills the response (a file, 304 or 404). */
-void ll_http_file(http_exchange *exchange);

@@ -61,7 +61,8 @@ static const ll_http_route *find(http_exchange *exchange, char *allow, size_t al
         if (pattern != NULL && strcmp(pattern, app->routes[i].pattern) != 0) {
             continue;
         }
-        if (!matches(exchange, &app->routes[i])) {
+        if ((exchange->named != HTTP_ITS_ADDRESS && !app->routes[i].document) ||
+            !matches(exchange, &app->routes[i])) {
             continue;
         }
         pattern = app->routes[i].pattern;
@@ -349,7 +350,8 @@ void ll_http_begin(http_exchange *exchange, const char *version)
                        "Host: must be localhost, an address or a name given by --allow-host");
         return;
     }
-    if (ll_stream_path(text_of(exchange->path), &kind, id)) {
+    ll_http_take_digest(exchange);
+    if (exchange->named == HTTP_ITS_ADDRESS && ll_stream_path(text_of(exchange->path), &kind, id)) {
         begin_stream(exchange, version);
         return;
     }

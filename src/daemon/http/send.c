@@ -87,14 +87,55 @@ static struct MHD_Response *from_file(const ll_http_response *response)
     return made;
 }
 
+/* A page of another build that asks for a file by its digest gets the present one, which no client keeps. */
+static const char *cache_of(const http_exchange *exchange)
+{
+    return exchange->named == HTTP_OUR_DIGEST     ? "max-age=31536000, immutable"
+           : exchange->named == HTTP_OTHER_DIGEST ? "no-store"
+                                                  : "no-cache"; /* revalidated each time, mostly with a 304 */
+}
+
+static struct MHD_Response *from_document(http_exchange *exchange)
+{
+    ll_http_response *response = &exchange->response;
+    const ll_http_request *request = &exchange->request;
+    ll_document *document = response->document;
+    const ll_document_gzip *gzip = NULL;
+    char tag[LL_DOCUMENT_DIGEST + 16], other[256];
+    if (ll_document_compresses(document)) {
+        ll_http_set_header(response, "Vary", "Accept-Encoding");
+        gzip = ll_http_takes_gzip(request) ? ll_document_compressed(document) : NULL;
+    }
+    snprintf(tag, sizeof tag, "\"%s%s\"", document->tag, gzip != NULL ? "-gzip" : "");
+    ll_http_set_header(response, "ETag", tag);
+    ll_http_set_header(response, "Cache-Control", cache_of(exchange));
+    if (exchange->named == HTTP_ITS_ADDRESS && !ll_document_is_page(document)) {
+        snprintf(other, sizeof other, "/%s%s", exchange->http->app.documents->digest, document->address);
+        ll_http_set_header(response, "Content-Location", other);
+    }
+    if (ll_http_matches_tag(ll_http_header(request, "If-None-Match"), tag)) {
+        response->status = 304; /* the library sends the length, which is that of a 200, and no body */
+    } else {
+        snprintf(response->type, sizeof response->type, "%s", document->type);
+    }
+    if (gzip != NULL && response->status == 200) {
+        ll_http_set_header(response, "Content-Encoding", "gzip");
+    }
+    if (gzip != NULL) {
+        return MHD_create_response_from_buffer(gzip->size, gzip->bytes, MHD_RESPMEM_PERSISTENT);
+    }
+    return MHD_create_response_from_buffer(document->size, document->bytes, MHD_RESPMEM_PERSISTENT);
+}
+
 static ssize_t read_nothing(void *closure, uint64_t offset, char *buffer, size_t capacity)
 {
     (void)closure, (void)offset, (void)buffer, (void)capacity;
     return MHD_CONTENT_READER_END_OF_STREAM;
 }
 
-/* Answer to HEAD when the size of the body is unknown. Without the HTTP/1.0 option the library would send the
- * final chunk of a body, which the client would take for the next answer. */
+/* Answer to HEAD when the size of the body is unknown, and 304, for which the library would say a size of 0.
+ * Without the HTTP/1.0 option it would send the final chunk of a body, which the client would take for the
+ * next answer. */
 static struct MHD_Response *without_body(void)
 {
     struct MHD_Response *made =
@@ -108,14 +149,10 @@ static struct MHD_Response *without_body(void)
 static struct MHD_Response *make(http_exchange *exchange)
 {
     ll_http_response *response = &exchange->response;
-    if (exchange->file >= 0) {
-        struct MHD_Response *made = MHD_create_response_from_fd64(exchange->file_size, exchange->file);
-        if (made != NULL) {
-            exchange->file = -1; /* owned by the library now */
-        }
-        return made;
+    if (response->document != NULL) {
+        return from_document(exchange);
     }
-    if (response->reader != NULL && exchange->head) {
+    if (response->status == 304 || (response->reader != NULL && exchange->head)) {
         return without_body();
     }
     if (response->reader != NULL) {
@@ -151,11 +188,14 @@ static void add_policy(const http_exchange *exchange, struct MHD_Response *made)
     MHD_add_response_header(made, "Content-Security-Policy", policy);
 }
 
-/* Modules and styles are parts of a document, whose policy holds: a policy of their own would say nothing,
+/* Modules, styles and words are parts of a page, whose policy holds: a policy of their own would say nothing,
  * and be an eighth of a first load. */
-static bool is_part(const char *type)
+static bool is_part(const http_exchange *exchange)
 {
-    return strncmp(type, "text/javascript", 15) == 0 || strncmp(type, "text/css", 8) == 0;
+    const char *type = exchange->response.type;
+    return exchange->route == NULL &&
+           (strncmp(type, "text/javascript", 15) == 0 || strncmp(type, "text/css", 8) == 0 ||
+            strncmp(type, "application/json", 16) == 0);
 }
 
 static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
@@ -176,7 +216,7 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
-    if (!policy_said && !is_part(response->type)) {
+    if (!policy_said && !is_part(exchange)) {
         add_policy(exchange, made);
     }
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
@@ -185,7 +225,8 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
         MHD_add_response_header(made, "Access-Control-Allow-Origin",
                                 ll_http_header(&exchange->request, "Origin"));
         MHD_add_response_header(made, "Access-Control-Expose-Headers",
-                                "Location, Retry-After, X-Request-Id, ETag, Content-Range, Accept-Ranges");
+                                "Location, Content-Location, Retry-After, X-Request-Id, ETag, Content-Range, "
+                                "Accept-Ranges");
         MHD_add_response_header(made, "Vary", "Origin");
     }
 }
@@ -206,7 +247,8 @@ void ll_http_compress(http_exchange *exchange)
     if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) || !ll_http_takes_gzip(request)) {
         return;
     }
-    ll_status status = ll_gzip_bytes(response->bytes, response->size, request->task, &bytes, &size);
+    ll_status status =
+        ll_gzip_bytes(response->bytes, response->size, LL_GZIP_FAST, request->task, &bytes, &size);
     if (ll_failed(&status)) {
         return; /* the uncompressed answer is sent, without compression */
     }

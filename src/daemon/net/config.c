@@ -18,7 +18,7 @@
 
 static const ll_param rows[] = {
     TEXT(listen, "127.0.0.1:8080", "Address and port, ADDR:PORT or [ADDR6]:PORT; port 0: any free port."),
-    TEXT(www, "", "Folder of the page; empty: no page."),
+    TEXT(www, "", "Folder of the page, read at the start; empty: `www` next to the program."),
     TEXT(allow_origin, "", "Other origins whose pages may use the daemon, comma separated."),
     TEXT(allow_embed, "", "Origins whose pages may show the page of ?embed=1 in a frame, comma separated."),
     TEXT(allow_host, "", "Host names of the daemon other than localhost and addresses, comma separated."),

@@ -7,7 +7,7 @@
  * line. */
 typedef struct ll_web_server_config {
     char listen[128];         /* ADDR:PORT, [ADDR6]:PORT; port 0: any free port */
-    char www[512];            /* folder of the page; empty: no page */
+    char www[512];            /* folder of the page */
     char allow_origin[1024];  /* comma separated: https://lab.example */
     char allow_embed[1024];   /* comma separated: https://course.example */
     char allow_host[1024];    /* comma separated: lab.example */

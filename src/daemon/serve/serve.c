@@ -149,6 +149,7 @@ static ll_status start(daemon_parts *d)
     LL_THEN(status,
             ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments));
     LL_THEN(status, ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks));
+    LL_THEN(status, ll_api_describe(&d->api, d->web_server_config.www));
     if (ll_failed(&status))
         return status;
     ll_http_app app = {
@@ -157,6 +158,7 @@ static ll_status start(daemon_parts *d)
         .context = &d->api,
         .started = ll_api_started,
         .shard = d->host_config.shard,
+        .documents = &d->api.documents,
         .tasks = d->tasks,
         .done = ll_api_done,
     };

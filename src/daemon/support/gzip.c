@@ -8,7 +8,7 @@
 
 #include "daemon/support/tasks.h"
 
-enum { PIECE = 64 << 10, LEVEL = 1, GZIP_WINDOW = 15 + 16, MEMORY = 8 };
+enum { PIECE = 64 << 10, GZIP_WINDOW = 15 + 16, MEMORY = 8 };
 
 bool ll_gzip_compresses(const char *type)
 {
@@ -63,10 +63,10 @@ static bool deflate_into(z_stream *z, const void *bytes, size_t size, bool last,
     return true;
 }
 
-static ll_status init_deflate(z_stream *z)
+static ll_status init_deflate(z_stream *z, int level)
 {
     memset(z, 0, sizeof *z);
-    return deflateInit2(z, LEVEL, Z_DEFLATED, GZIP_WINDOW, MEMORY, Z_DEFAULT_STRATEGY) == Z_OK
+    return deflateInit2(z, level, Z_DEFLATED, GZIP_WINDOW, MEMORY, Z_DEFAULT_STRATEGY) == Z_OK
                ? ll_ok()
                : ll_error(LL_NO_MEMORY, "out of memory: compressing the answer");
 }
@@ -79,11 +79,12 @@ static ll_status check_task(struct ll_task *task, size_t done)
                           (double)done / 1048576.0);
 }
 
-ll_status ll_gzip_bytes(const void *bytes, size_t size, struct ll_task *task, char **out, size_t *out_size)
+ll_status ll_gzip_bytes(const void *bytes, size_t size, int level, struct ll_task *task, char **out,
+                        size_t *out_size)
 {
     z_stream z;
     sink s = {0};
-    ll_status status = init_deflate(&z);
+    ll_status status = init_deflate(&z, level);
     if (ll_failed(&status))
         return status;
     for (size_t at = 0, step; !ll_failed(&status) && (at < size || at == 0); at += step) {
@@ -112,7 +113,7 @@ ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task)
     sink s = {.file = out};
     char piece[PIECE];
     size_t done = 0, got = PIECE;
-    ll_status status = init_deflate(&z);
+    ll_status status = init_deflate(&z, LL_GZIP_FAST);
     if (ll_failed(&status))
         return status;
     rewind(in);

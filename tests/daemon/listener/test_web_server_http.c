@@ -7,7 +7,6 @@
 #include <cmocka.h>
 
 #include <cjson/cJSON.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +19,10 @@
 
 #define HOST "Host: localhost\r\n"
 #define GET(path) "GET " path " HTTP/1.1\r\n" HOST "\r\n"
+
+#define LINE "export const one = 1;\n"
+#define MODULE LINE LINE LINE LINE LINE LINE
+#define SECOND 17 /* characters before a path in its second address */
 
 static test_server f;
 static char www[64];
@@ -42,11 +45,13 @@ static int set_up(void **state)
     assert_non_null(mkdtemp(www));
     snprintf(path, sizeof path, "%s/js", www);
     mkdir(path, 0755);
-    write_file("index.html", "<!doctype html><title>page</title>");
-    write_file("js/page.js", "export {};");
+    write_file("index.html", "<!doctype html><title>page</title><script src=\"js/page.js\"></script>");
+    write_file("js/page.js", MODULE);
     write_file(".secret", "hidden");
     test_server_prepare(&f);
-    snprintf(f.config.www, sizeof f.config.www, "%s", www);
+    ll_status status = ll_documents_read(&f.documents, www);
+    LL_THEN(status, ll_documents_finish(&f.documents));
+    assert_false(ll_failed(&status));
     snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example, https://two.example");
     snprintf(f.config.allow_host, sizeof f.config.allow_host, "lab.example");
     f.config.head_timeout_s = 1;
@@ -211,7 +216,10 @@ static void test_files(void **state)
 {
     (void)state;
     char answer[4096], tag[64], request[256], type[64];
-    expect_body(GET("/"), 200, "<!doctype html><title>page</title>");
+    snprintf(request, sizeof request,
+             "<!doctype html><title>page</title><script src=\"%s/js/page.js\"></script>", f.documents.digest);
+    expect_body(GET("/"), 200, request);
+    expect_body(GET("/index.html"), 200, request);
     assert_int_equal(net_ask(f.port, GET("/js/page.js"), answer, sizeof answer), 200);
     assert_true(net_header(answer, "Content-Type", type, sizeof type));
     assert_string_equal(type, "text/javascript; charset=utf-8");
@@ -239,45 +247,86 @@ static void test_files(void **state)
     }
 }
 
-/* What the build has compressed is sent to who takes it, with a tag of its own; a file that was changed later
- * is not. */
+/* Compressed for who takes it, with a tag of its own, by each method and at both addresses. */
 static void test_compressed_files(void **state)
 {
     (void)state;
-    static const char takes[] = "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: br, gzip\r\n\r\n";
-    char answer[4096], plain[64], small[64], value[64], path[128], request[256];
-    net_ask(f.port, takes, answer, sizeof answer);
-    assert_false(net_header(answer, "Content-Encoding", value, sizeof value));
-    assert_true(net_header(answer, "ETag", plain, sizeof plain));
-
-    write_file("js/page.js.gz", "compressed");
-    assert_int_equal(net_ask(f.port, takes, answer, sizeof answer), 200);
+    static const char *const others[] = {"", "Accept-Encoding: br\r\n", "Accept-Encoding: gzip;q=0\r\n"};
+    char answer[4096], plain[64], small[64], value[64], request[256];
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        snprintf(request, sizeof request, "GET /js/page.js HTTP/1.1\r\n" HOST "%s\r\n", others[i]);
+        assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 200);
+        assert_true(net_header(answer, "ETag", plain, sizeof plain));
+        assert_true(net_header(answer, "Vary", value, sizeof value));
+        assert_string_equal(strstr(answer, "\r\n\r\n") + 4, MODULE);
+    }
+    assert_int_equal(net_ask(f.port, "HEAD /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: br, gzip\r\n\r\n",
+                             answer, sizeof answer),
+                     200);
     assert_true(net_header(answer, "Content-Encoding", value, sizeof value));
     assert_string_equal(value, "gzip");
     assert_true(net_header(answer, "Content-Type", value, sizeof value));
     assert_string_equal(value, "text/javascript; charset=utf-8");
-    assert_true(net_header(answer, "Vary", value, sizeof value));
-    assert_string_equal(value, "Accept-Encoding");
-    assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "compressed");
+    assert_true(net_header(answer, "Content-Length", value, sizeof value));
+    assert_in_range(atoi(value), 20, sizeof MODULE - 2);
     assert_true(net_header(answer, "ETag", small, sizeof small));
     assert_string_not_equal(small, plain);
-    snprintf(request, sizeof request,
-             "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: gzip\r\nIf-None-Match: %s\r\n\r\n", small);
-    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 304);
-    assert_false(net_header(answer, "Content-Encoding", value, sizeof value));
+    assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "");
 
-    static const char *const others[] = {"", "Accept-Encoding: br\r\n", "Accept-Encoding: gzip;q=0\r\n"};
-    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
-        snprintf(request, sizeof request, "GET /js/page.js HTTP/1.1\r\n" HOST "%s\r\n", others[i]);
-        assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 200);
-        assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "export {};");
+    /* The connection goes on, and the length is that of the whole. */
+    int fd = net_connect(f.port);
+    for (int i = 0; i < 2; i++) {
+        char length[64];
+        snprintf(request, sizeof request,
+                 "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: gzip\r\nIf-None-Match: %s\r\n\r\n",
+                 small);
+        net_send(fd, request);
+        net_read(fd, answer, sizeof answer, "\r\n\r\n", 3);
+        assert_int_equal(strncmp(answer, "HTTP/1.1 304", 12), 0);
+        assert_false(net_header(answer, "Content-Encoding", length, sizeof length));
+        assert_true(net_header(answer, "Content-Length", length, sizeof length));
+        assert_string_equal(length, value);
     }
-    struct timespec past[2] = {{.tv_sec = 1000}, {.tv_sec = 1000}};
-    snprintf(path, sizeof path, "%s/js/page.js.gz", www);
-    assert_int_equal(utimensat(AT_FDCWD, path, past, 0), 0);
-    assert_int_equal(net_ask(f.port, takes, answer, sizeof answer), 200);
-    assert_string_equal(strstr(answer, "\r\n\r\n") + 4, "export {};");
-    remove(path);
+    close(fd);
+}
+
+static void expect_cache(const char *digest, const char *path, int status, const char *cache)
+{
+    char answer[4096], value[64], request[256];
+    snprintf(request, sizeof request, "GET %s%s HTTP/1.1\r\n" HOST "\r\n", digest, path);
+    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), status);
+    assert_true(net_header(answer, "Cache-Control", value, sizeof value));
+    assert_string_equal(value, cache);
+}
+
+/* Kept forever below the digest of what there is, never below another one. What is no document is not there:
+ * nothing is changed at an address that says nothing changes. */
+static void test_second_addresses(void **state)
+{
+    (void)state;
+    char ours[SECOND + 1], answer[4096], request[256], value[64], expected[64];
+    snprintf(ours, sizeof ours, "/%s", f.documents.digest);
+    expect_cache(ours, "/js/page.js", 200, "max-age=31536000, immutable");
+    expect_cache("/0123456789abcdef", "/js/page.js", 200, "no-store");
+    expect_cache("", "/js/page.js", 200, "no-cache");
+    net_ask(f.port, GET("/js/page.js"), answer, sizeof answer);
+    assert_true(net_header(answer, "Content-Location", value, sizeof value));
+    snprintf(expected, sizeof expected, "%s/js/page.js", ours);
+    assert_string_equal(value, expected);
+    static const char *const absent[] = {"/", "/index.html", "/healthz", "/.secret", "/js", "/K7QF"};
+    for (size_t i = 0; i < sizeof absent / sizeof *absent; i++) {
+        expect_cache(ours, absent[i], 404, "no-store");
+    }
+    expect_cache("/0123456789abcdeg", "/js/page.js", 404, "no-store");
+    expect_cache("/0123456789abcdef0", "/js/page.js", 404, "no-store");
+    snprintf(request, sizeof request, "DELETE %s/echo/one HTTP/1.1\r\n" HOST "\r\n", ours);
+    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 405);
+    snprintf(request, sizeof request,
+             "GET %s/api/v1/sessions/s0/stream HTTP/1.1\r\n" HOST
+             "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+             "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n",
+             ours);
+    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 404);
 }
 
 static void test_kept_connections(void **state)
@@ -355,8 +404,9 @@ int main(void)
         cmocka_unit_test(test_routes),           cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_body_limits),      cmocka_unit_test(test_who),
         cmocka_unit_test(test_headers),          cmocka_unit_test(test_files),
-        cmocka_unit_test(test_compressed_files), cmocka_unit_test(test_kept_connections),
-        cmocka_unit_test(test_hang_up),          cmocka_unit_test(test_watchdog),
+        cmocka_unit_test(test_compressed_files), cmocka_unit_test(test_second_addresses),
+        cmocka_unit_test(test_kept_connections), cmocka_unit_test(test_hang_up),
+        cmocka_unit_test(test_watchdog),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

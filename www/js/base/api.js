@@ -39,9 +39,7 @@ function noteShard(path) {
 
 /** The address of an API path.
  * @param {string} path @returns {URL} */
-export function address(path) {
-  return new URL(`../../api/v1/${path}`, import.meta.url);
-}
+export const address = (path) => new URL(`api/v1/${path}`, document.baseURI);
 
 /** The stream of a session. @param {string} id @returns {WebSocket} */
 export function socketOf(id) {
@@ -108,18 +106,22 @@ export async function make(path, body, ask = true) {
   }
 }
 
-/** @param {string} method @param {string} path @param {{body?: unknown, key?: string}} [more]
+/** What a daemon says without computing, such as its schema: the page was read below an address that a browser keeps forever, and so are
+ * these. @param {string} path @returns {Promise<any>} */
+export const constant = (path) => call('GET', path, { kept: new URL(`../../api/v1/${path}`, import.meta.url) });
+
+/** @param {string} method @param {string} path @param {{body?: unknown, key?: string, kept?: URL}} [more] kept: its address in a cache
  * @returns {Promise<any>} the JSON of the answer; null when it has none */
 export async function call(method, path, more = {}) {
   /** @type {Record<string, string>} */
   const headers = { Accept: 'application/json' };
   if (more.body !== undefined) headers['Content-Type'] = 'application/json';
   if (more.key) headers.Authorization = `Bearer ${more.key}`;
-  const answer = await fetch(address(path), {
+  const answer = await fetch(more.kept ?? address(path), {
     method,
     headers,
     body: more.body === undefined ? null : JSON.stringify(more.body),
-    cache: 'no-store',
+    cache: more.kept ? 'default' : 'no-store',
   });
   const text = await answer.text();
   /** @type {any} */

@@ -1,6 +1,6 @@
 // Wires the page together.
 import { effect } from '../../vendor/signals-core.js';
-import { call, insist, part } from '../base/api.js';
+import { constant, insist, part } from '../base/api.js';
 import { readExperiment, readLesson, readTradeoff, writeQuery } from '../base/link.js';
 import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
@@ -80,14 +80,14 @@ function readSchemas() {
     const kind = params.value?.kind;
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
-    insist(() => call('GET', `schema?kind=${kind}&brief=true`)).then((answer) => {
+    insist(() => constant(`schema?kind=${kind}&brief=true`)).then((answer) => {
       if (!schemas.value.has(kind)) schemas.value = new Map(schemas.value).set(kind, answer); // the whole one may be there by now
     });
   });
 }
 function readMore() {
   part(() => import('./later.js'));
-  Promise.all([insist(() => call('GET', 'scenarios?brief=true')), need()]).then(([answer]) => {
+  Promise.all([insist(() => constant('scenarios?brief=true')), need()]).then(([answer]) => {
     scenarios.value = answer.scenarios ?? [];
   });
 }

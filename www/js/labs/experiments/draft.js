@@ -1,6 +1,6 @@
 // The experiment that is being written: texts as they are typed, and the specification that they make.
 import { batch, computed, effect, signal } from '../../../vendor/signals-core.js';
-import { Problem, call, make } from '../../base/api.js';
+import { Problem, call, constant, make } from '../../base/api.js';
 import { metricHelp, metricRow } from '../../base/metrics.js';
 import { find, open, rowOf, schemaOf, valueAt } from '../../base/schema.js';
 import { t } from '../../base/words.js';
@@ -316,7 +316,7 @@ async function numbersOf(of) {
 /** @param {string} kind */
 export async function readSchema(kind) {
   if (schemas.value.has(kind)) return;
-  const answer = await call('GET', `schema?kind=${kind}&brief=true`);
+  const answer = await constant(`schema?kind=${kind}&brief=true`);
   if (!schemas.value.has(kind)) schemas.value = new Map(schemas.value).set(kind, answer);
 }
 
@@ -327,8 +327,8 @@ async function read(of, fresh) {
   const turn = ++reading;
   try {
     const whole = typeof of === 'string' ? await call('GET', `scenarios/${of}`) : of;
-    if (rules.value === null) rules.value = await call('GET', 'experiments/schema');
-    if (tables.value === null) tables.value = await call('GET', 'metrics');
+    if (rules.value === null) rules.value = await constant('experiments/schema');
+    if (tables.value === null) tables.value = await constant('metrics');
     await readSchema(whole.kind);
     const [[paths, columns]] = await Promise.all([numbersOf(of), needKind(whole.kind)]);
     if (turn !== reading) return;

@@ -1,7 +1,7 @@
 // The Experiments view: the form, the runs and their progress, what is known of the points, and the side column.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, untracked } from '../../../vendor/signals-core.js';
-import { call, styleSheet } from '../../base/api.js';
+import { constant, styleSheet } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
 import { t } from '../../base/words.js';
 import { link } from '../../session/opening.js';
@@ -108,7 +108,7 @@ export function begin() {
   });
   if (scenario.value === null && typeof draft.value.scenario === 'string') choose(link.first);
   renewKept();
-  call('GET', 'experiments/library').then(
+  constant('experiments/library').then(
     (answer) => {
       library.value = answer.experiments;
     },

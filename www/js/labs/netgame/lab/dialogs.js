@@ -1,7 +1,7 @@
 // The dialogs of a netgame, loaded when one is wanted: all settings of a player or the server, a chart's table; and what the help says.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { effect } from '../../../../vendor/signals-core.js';
-import { call, insist } from '../../../base/api.js';
+import { constant, insist } from '../../../base/api.js';
 import { fixed, letter } from '../../../base/format.js';
 import { inputOf, language, t } from '../../../base/words.js';
 import { find, grouped, livePaths, valueAt } from '../../../base/schema.js';
@@ -37,7 +37,7 @@ effect(() => {
   /* the schema with its descriptions, when one of them is first shown in their language */
   if (explained || language.value !== 'en' || !EXPLAINED.includes(dialog.value?.kind ?? '')) return;
   explained = true;
-  insist(() => call('GET', 'schema?kind=netgame')).then((answer) => {
+  insist(() => constant('schema?kind=netgame')).then((answer) => {
     schemas.value = new Map(schemas.value).set('netgame', answer);
   });
 });
