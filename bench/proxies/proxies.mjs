@@ -16,7 +16,7 @@ const kinds = {
 };
 export const names = Object.keys(kinds);
 
-async function freePort() {
+export async function freePort() {
   const server = createServer().listen(0, '127.0.0.1');
   await new Promise((resolve) => server.once('listening', resolve));
   const { port } = /** @type {import("node:net").AddressInfo} */ (server.address());
@@ -24,8 +24,8 @@ async function freePort() {
   return port;
 }
 
-async function answers(port) {
-  for (let i = 0; i < 200; i++) {
+export async function answers(port, within_s = 5) {
+  for (let i = 0; i < 40 * within_s; i++) {
     const open = await new Promise((resolve) => {
       const socket = connect(port, '127.0.0.1', () => {
         socket.destroy();

@@ -4,37 +4,11 @@
 // user.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { BINARY } from '../lib/daemon.mjs';
+import { blocksOf, MARK, marked, ROOT, workplace } from '../lib/operator.mjs';
 
-const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const NAME = 'lab.example.org';
-const read = (/** @type {string} */ name) => readFileSync(path.join(ROOT, name), 'utf8');
-
-/** The blocks of commands of a part of the page. */
-function blocks(/** @type {string} */ heading) {
-  const text = read('docs/deploy.md'),
-    from = text.indexOf(`\n## ${heading}\n`);
-  assert.ok(from >= 0, heading);
-  const end = text.indexOf('\n## ', from + 5);
-  return [...text.slice(from, end).matchAll(/^```console\n([\s\S]*?)^```$/gm)].map(([, commands]) => commands);
-}
-
-/** Keeps the machine as it is: what is written goes to memory, and is gone with the namespaces. */
-const SEALED = `set -eu
-mount --make-rprivate /
-work=$PWD/over; mkdir -p $work; mount -t tmpfs none $work
-for d in etc opt var; do
-  mkdir -p $work/$d $work/$d.work
-  mount -t overlay overlay -o lowerdir=/$d,upperdir=$work/$d,workdir=$work/$d.work /$d
-done
-mount -t tmpfs none /run
-ip link set lo up
-`;
 
 const PRELUDE = `
 export PATH=$PWD/bin:$PATH:/usr/sbin:/sbin
@@ -46,59 +20,25 @@ openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=${NAME} -addext subj
 export CURL_CA_BUNDLE=/etc/ssl/${NAME}.pem NODE_EXTRA_CA_CERTS=/etc/ssl/${NAME}.pem
 `;
 
-/* What the machine does not have, or must not do again. */
-const STANDINS = {
-  'apt-get': 'for p in "$@"; do case $p in nginx*) command -v nginx;; haproxy) command -v haproxy;; esac; done >/dev/null',
-  systemctl: `unit=/etc/systemd/system/laglab.service
-value() { sed -n "s/^$1=//p" $unit; }
-case "$*" in
-daemon-reload) ;;
-"enable --now laglab")
-  install -d -m "$(value StateDirectoryMode)" -o "$(value User)" -g "$(value Group)" "/var/lib/$(value StateDirectory)"
-  umask "$(value UMask)"
-  setpriv --reuid="$(value User)" --regid="$(value Group)" --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs \
-    prlimit --nofile="$(value LimitNOFILE)" $(value ExecStart) >/var/log/laglab.log 2>&1 & ;;
-"restart nginx") nginx ;;
-"restart haproxy") haproxy -D -f /etc/haproxy/haproxy.cfg ;;
-*) echo "systemctl $*?" >&2; exit 1 ;;
-esac`,
-};
-
-let folder,
-  skip = /** @type {string | false} */ (false);
+/** @type {ReturnType<typeof workplace>} */ let place;
 before(() => {
-  folder = mkdtempSync(path.join(tmpdir(), 'laglab-public-'));
-  mkdirSync(path.join(folder, 'bin'));
-  for (const [name, text] of Object.entries(STANDINS))
-    writeFileSync(path.join(folder, 'bin', name), `#!/bin/bash\n${text}\n`, { mode: 0o755 });
-  writeFileSync(path.join(folder, 'dev'), '#!/bin/sh\n[ "$1" = build ] # it was\n', { mode: 0o755 });
-  symlinkSync(path.dirname(BINARY), path.join(folder, 'build'));
-  for (const name of ['deploy', 'LICENSE']) symlinkSync(path.join(ROOT, name), path.join(folder, name));
-  const probe = sealed('true');
-  if (probe.status !== 0) skip = `no namespaces or overlays here: ${probe.stderr.trim().slice(0, 200)}`;
+  place = workplace();
 });
-after(() => rmSync(folder, { recursive: true, force: true }));
-
-function sealed(/** @type {string} */ script) {
-  return spawnSync(
-    'unshare',
-    ['--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc', 'bash', '-c', SEALED + script],
-    { cwd: folder, encoding: 'utf8', timeout: 120000, maxBuffer: 1 << 24 },
-  );
-}
+after(() => place.end());
 
 const OTHER = { nginx: 'haproxy', haproxy: 'nginx' };
 
 for (const proxy of /** @type {('nginx' | 'haproxy')[]} */ (['nginx', 'haproxy'])) {
   test(`as an operator sets it up behind ${proxy}`, { timeout: 130000 }, (t) => {
-    if (skip) return t.skip(skip);
-    const commands = blocks('A public server').filter((block) => !block.includes(`restart ${OTHER[proxy]}`));
+    if (place.skip) return t.skip(place.skip);
+    const commands = blocksOf('docs/deploy.md')
+      .filter(({ heading, text }) => heading === 'A public server' && !text.includes(`restart ${OTHER[proxy]}`))
+      .map(({ text }) => text);
     assert.equal(commands.length, 5, 'program, keys, service, proxy, trial');
     const trial = /** @type {string} */ (commands.pop());
     // Like a person: each line is a command of its own, and one that fails ends it.
-    const result = sealed(`${PRELUDE}
+    const result = place.sealed(`${PRELUDE}${MARK}
 { ${commands.join('\n')} } >&2
-mark() { printf '\\n@@%s\\n' "$1"; }
 mark trial
 ${trial}
 mark session
@@ -122,6 +62,12 @@ mark neighbour
 curl -s -o /dev/null -w '%{http_code}' --interface 127.0.0.4 -H 'Authorization: Bearer another-wrong-key-1' $U/sessions
 mark name
 curl -s -o /dev/null -w '%{http_code}' -H 'Host: evil.example' https://${NAME}/api/v1/creation
+mark inside
+for at in /metrics /%6detrics /metric%73? //metrics; do curl -s -o /dev/null -w '%{http_code} ' --path-as-is https://${NAME}$at; done
+curl -s -o /dev/null -w '%{http_code}' http://127.0.0.1:8080/metrics
+mark link
+curl -s -X POST -H "Authorization: Bearer $(cat /etc/laglab/class.key)" \\
+  -H 'X-Forwarded-Host: evil.example' -H 'X-Forwarded-Proto: http' $U/classes
 mark operator
 K="Authorization: Bearer $(cat /etc/laglab/operator.key)"
 curl -s -o /dev/null -w '%{http_code} ' -H "$K" -H "$J" -X PUT -d '{"creation":"operator"}' $U/creation
@@ -136,12 +82,7 @@ mark log
 cat /var/log/laglab.log
 `);
     assert.equal(result.status, 0, `exit ${result.status}: ${result.stderr.slice(-2000)}\n${result.stdout.slice(-2000)}`);
-    const parts = Object.fromEntries(
-      result.stdout
-        .split('\n@@')
-        .slice(1)
-        .map((part) => [part.slice(0, part.indexOf('\n')), part.slice(part.indexOf('\n') + 1)]),
-    );
+    const parts = marked(result.stdout);
 
     const lines = parts.trial
       .replace(/\}(?=[\d{])/g, '}\n')
@@ -200,6 +141,9 @@ cat /var/log/laglab.log
       'each client has limits of its own, which a forged header does not widen',
     );
     assert.equal(parts.name.trim(), '421');
+    assert.equal(parts.inside.trim(), '404 404 404 404 200');
+    const room = JSON.parse(parts.link);
+    assert.deepEqual(room.join.urls, [`https://${NAME}/${room.code}`]);
     assert.equal(parts.operator.trim(), '200 403 204');
     assert.deepEqual(parts.modes.trim().split('\n'), [
       '700 laglab laglab /var/lib/laglab',

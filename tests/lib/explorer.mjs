@@ -70,9 +70,13 @@ const FORMATS = ['csv', 'ndjson', 'json', 'sqlite'],
   ].map((wish) => wish && `&${wish}`);
 
 export class Explorer {
-  /** @param {number} seed */
-  constructor(seed) {
+  /**
+   * `front`: starts what stands before the daemon of a port, a proxy that is asked in its place.
+   * @param {number} seed @param {(port: number) => Promise<{url: string, stop: () => Promise<void>}>} [front]
+   */
+  constructor(seed, front) {
     this.seed = seed;
+    this.front = front;
     this.folder = mkdtempSync(path.join(tmpdir(), 'laglab-random-'));
     this.requests = 0;
     this.answers = /** @type {Record<string, number>} */ ({});
@@ -117,7 +121,9 @@ export class Explorer {
     const key = path.join(this.folder, 'key');
     writeFileSync(key, `${OPERATOR}\n`, { mode: 0o600 });
     this.daemon = await startDaemon({ data: path.join(this.folder, 'data'), args: [...ARGS, '--operator-key-file', key] });
-    this.c = client(this.daemon.url);
+    this.before = await this.front?.(this.daemon.port);
+    this.url = this.before?.url ?? this.daemon.url;
+    this.c = client(this.url);
     this.contract ??= await readContract(this.c);
     this.scenarios ??= (await this.c.get('/api/v1/scenarios?brief=true')).json.scenarios;
     this.families ??= (await this.c.get('/api/v1/tradeoffs')).json.families;
@@ -126,6 +132,7 @@ export class Explorer {
   async end() {
     this.hangUp();
     this.c?.close();
+    await this.before?.stop();
     await this.daemon?.stop();
     rmSync(this.folder, { recursive: true, force: true });
   }
@@ -459,9 +466,7 @@ export class Explorer {
       format = what === 'session' && d.chance(0.6) ? 'bin' : 'json';
     this.note(`stream ${place} ${format}`);
     const stream = /** @type {any} */ (
-      await openStream(this.daemon.url, place, format, { ack: d.chance(0.5), subscribe: d.chance(0.5) ? null : undefined }).catch(
-        (error) => error,
-      )
+      await openStream(this.url, place, format, { ack: d.chance(0.5), subscribe: d.chance(0.5) ? null : undefined }).catch((error) => error)
     );
     if (stream instanceof Error) return this.note(`   ${stream.message}`);
     Object.assign(stream, { what, one, place, format, seen: 0, seenFrames: 0 });
@@ -753,7 +758,7 @@ export class Explorer {
   async anything() {
     const d = this.d,
       { api, resolve } = this.contract;
-    const template = d.pick(Object.keys(api.paths).filter((one) => !one.endsWith('/stream')));
+    const template = d.pick(Object.keys(api.paths).filter((one) => !one.endsWith('/stream') && !(this.front && one === '/metrics')));
     const item = api.paths[template],
       method = d.pick(Object.keys(item).filter((key) => key !== 'parameters' && key !== 'description'));
     const operation = item[method];
@@ -851,6 +856,7 @@ export class Explorer {
     this.note(`restart by ${kill ? 'SIGKILL' : 'SIGTERM'}`);
     this.hangUp();
     this.c.close();
+    await this.before?.stop();
     if (kill) await this.daemon.kill();
     else {
       const how = await this.daemon.stop();
@@ -891,7 +897,7 @@ export class Explorer {
     const own = left.json.sessions.filter((one) => one.id); /* copies and boards of classes */
     for (const { id } of own) await this.call('delete', I, { id }, { key: OPERATOR });
     const value = (text, name) => Number(new RegExp(`^${name} (\\S+)$`, 'm').exec(text)?.[1]);
-    const { text } = await this.c.get('/metrics');
+    const text = await (await fetch(new URL('/metrics', this.daemon.url))).text(); /* no proxy passes it on */
     assert.equal(value(text, 'laglab_sessions'), 0);
     assert.equal(value(text, 'laglab_sessions_memory_bytes'), 0, 'memory of deleted sessions');
   }

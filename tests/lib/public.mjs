@@ -45,30 +45,46 @@ const configurations = {
   },
 };
 
+/** The certificate is taken away: requests can be read, and the client need not know it. @param {string} text */
+export const withoutTls = (text) => text.replace(/ ssl crt \S+/, '').replace(/(listen 127\S+|LISTEN) ssl;/, '$1;');
+
 /**
- * `change`: of the proxy's configuration. `args`: of the daemon.
- * @param {string} kind haproxy or nginx @param {{args?: string[], change?: (text: string) => string}} [wish]
+ * The proxy alone, before the daemon of this port. `change`: of its configuration.
+ * @param {string} kind haproxy or nginx @param {number} port @param {(text: string) => string} [change]
  */
-export async function startPublic(kind, { args = [], change = (text) => text } = {}) {
-  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-public-')),
-    daemon = await startDaemon({ args: ['--trusted-proxy', '127.0.0.1', '--allow-host', NAME, ...args] });
-  const end = async () => {
-    await daemon.stop();
-    rmSync(folder, { recursive: true, force: true });
-  };
+export async function publicProxy(kind, port, change = (text) => text) {
+  const folder = mkdtempSync(path.join(tmpdir(), 'laglab-public-'));
   try {
-    const proxy = await startProxy(kind, daemon.port, change(configurations[kind](folder)));
+    const proxy = await startProxy(kind, port, change(configurations[kind](folder)));
     return {
-      daemon,
       port: proxy.port,
-      connect: () => tls.connect({ port: proxy.port, host: '127.0.0.1', rejectUnauthorized: false }),
-      close: async () => {
+      url: proxy.url,
+      stop: async () => {
         await proxy.stop();
-        await end();
+        rmSync(folder, { recursive: true, force: true });
       },
     };
   } catch (error) {
-    await end();
+    rmSync(folder, { recursive: true, force: true });
+    throw error;
+  }
+}
+
+/** @param {string} kind haproxy or nginx @param {{args?: string[], change?: (text: string) => string}} [wish] */
+export async function startPublic(kind, { args = [], change } = {}) {
+  const daemon = await startDaemon({ args: ['--trusted-proxy', '127.0.0.1', '--allow-host', NAME, ...args] });
+  try {
+    const proxy = await publicProxy(kind, daemon.port, change);
+    return {
+      daemon,
+      connect: () => tls.connect({ port: proxy.port, host: '127.0.0.1', rejectUnauthorized: false }),
+      close: async () => {
+        await proxy.stop();
+        await daemon.stop();
+      },
+    };
+  } catch (error) {
+    await daemon.stop();
     throw error;
   }
 }
