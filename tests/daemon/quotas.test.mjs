@@ -229,3 +229,13 @@ test('behind a trusted proxy each client has its own quota; untrusted ones canno
     );
   });
 });
+
+test('a limit of descriptors that is too small for the connections is said at the start, with both numbers', async () => {
+  const said = async (/** @type {number} */ connections) => {
+    const daemon = await startDaemon({ before: ['prlimit', '--nofile=300:300'], args: ['--max-connections', String(connections)] });
+    await daemon.stop();
+    return daemon.errors();
+  };
+  assert.match(await said(400), /"warn".*300 descriptors \(ulimit -n\) are too few for 400 connections.*464 are needed/);
+  assert.doesNotMatch(await said(200), /descriptors/);
+});

@@ -35,10 +35,9 @@ ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll
 const char *ll_api_find_key(const ll_http_request *request)
 {
     const char *header = ll_http_header(request, "Authorization");
-    if (!header || strncasecmp(header, "Bearer ", 7) != 0)
+    if (!header || strncasecmp(header, "Bearer", 6) != 0 || (header[6] != ' ' && header[6] != '\0'))
         return NULL;
-    header += 7;
-    return header + strspn(header, " ");
+    return header + 6 + strspn(header + 6, " ");
 }
 
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)

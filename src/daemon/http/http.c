@@ -174,7 +174,36 @@ static void name_client(http_exchange *exchange)
     }
 }
 
-static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *path,
+/* Splits a target in absolute form (RFC 9112 3.2.2): its host counts, and the header Host does not. `url` is
+ * decoded; ll_target_fault has refused hosts with a `%`. */
+static bool set_target(http_exchange *exchange, const char *url)
+{
+    size_t scheme = strncasecmp(url, "http://", 7) == 0 ? 7 : strncasecmp(url, "https://", 8) == 0 ? 8 : 0;
+    size_t host = scheme != 0 ? strcspn(url + scheme, "/") : 0;
+    const char *path = host == 0 ? url : url[scheme + host] == '/' ? url + scheme + host : "/";
+    exchange->host = ll_http_header(&exchange->request, "Host");
+    exchange->path = strdup(path);
+    exchange->parameters = malloc(strlen(path) + 1);
+    if (host != 0) {
+        exchange->host = exchange->authority = strndup(url + scheme, host);
+    }
+    return exchange->path != NULL && exchange->parameters != NULL && (host == 0 || exchange->host != NULL);
+}
+
+static void free_exchange(http_exchange *exchange)
+{
+    free(exchange->body);
+    free(exchange->parameters);
+    free(exchange->path);
+    free(exchange->authority);
+    for (http_value *value = exchange->values, *next; value != NULL; value = next) {
+        next = value->next;
+        free(value);
+    }
+    free(exchange);
+}
+
+static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *url,
                                    const char *method)
 {
     http_exchange *exchange = calloc(1, sizeof *exchange);
@@ -185,12 +214,9 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->connection = connection;
     exchange->watched = watched_of(connection);
     exchange->begin_ns = ll_now_ns();
-    exchange->path = strdup(path);
-    exchange->parameters = malloc(strlen(path) + 1);
-    if (exchange->path == NULL || exchange->parameters == NULL) {
-        free(exchange->path);
-        free(exchange->parameters);
-        free(exchange);
+    exchange->request.impl = exchange;
+    if (!set_target(exchange, url)) {
+        free_exchange(exchange);
         return NULL;
     }
     exchange->head = strcmp(method, "HEAD") == 0;
@@ -198,8 +224,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->request.head = exchange->head;
     exchange->request.path = exchange->path;
     exchange->request.body = "";
-    exchange->request.impl = exchange;
-    exchange->request.host = ll_http_header(&exchange->request, "Host");
+    exchange->request.host = exchange->host;
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
@@ -238,10 +263,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     free(exchange->offer);
     atomic_fetch_sub(&http->answer_bytes, exchange->counted);
     ll_http_clear(&exchange->response);
-    free(exchange->body);
-    free(exchange->parameters);
-    free(exchange->path);
-    free(exchange);
+    free_exchange(exchange);
 }
 
 /* All earlier requests of the connection have been answered. The library continues with the head and may fail
@@ -278,6 +300,7 @@ static void *on_request_line(void *closure, const char *uri, struct MHD_Connecti
         if (fault != NULL) {
             refuse_target(watched, fault);
         }
+        watched->target_end = uri != NULL ? (uintptr_t)uri + strlen(uri) : 0;
         ll_http_set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }
@@ -351,7 +374,7 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         if (exchange == NULL) {
             return MHD_NO;
         }
-        ll_http_begin(exchange, version);
+        ll_http_begin(exchange, method, version);
         ll_http_deadline(exchange, http->config.body_timeout_s);
         if (answer_early(exchange)) {
             return ll_http_send(exchange);

@@ -35,7 +35,7 @@ typedef struct ll_http_request {
     char id[65]; /* X-Request-Id as received, or generated */
     struct ll_task *task; /* for LL_HTTP_TASK; else NULL */
     uint32_t begun;       /* called again as a task: what the first call left in the response's */
-    const void *impl;
+    void *impl;
 } ll_http_request;
 
 /* NULL when absent. The text lives as long as the request. */

@@ -29,6 +29,7 @@ typedef struct http_connection {
     ll_connection_limiter_pass pass;
     char peer[48];
     bool faulty;                 /* its request was answered before its head was complete */
+    uintptr_t target_end;        /* of its request, in the library's buffer */
     bool proxied;                /* from a trusted proxy */
     _Atomic int64_t deadline_ns; /* 0: none */
     atomic_bool idle;            /* between two requests, or within a body: the client has to send next */
@@ -45,6 +46,12 @@ typedef enum http_phase {
 /* An upgrade that was announced to a client; freed when its request ends, successful or not. */
 typedef struct http_upgrade http_upgrade;
 
+/* A header's value without the space behind it, which the library leaves there. */
+typedef struct http_value {
+    struct http_value *next;
+    char text[];
+} http_value;
+
 /* One request and its response. */
 typedef struct http_exchange {
     ll_http *http;
@@ -55,7 +62,10 @@ typedef struct http_exchange {
     ll_http_response response;
     const ll_http_route *route;
     char *path;       /* decoded */
+    const char *host; /* whose the request is: of an absolute target, or the header Host; NULL: none */
+    char *authority;  /* `host` of an absolute target */
     char *parameters; /* a copy of the path, split into segments */
+    http_value *values;
     char *body;
     size_t body_capacity, body_limit, swallowed;
     bool refused;   /* the response was made before the body arrived */
@@ -102,8 +112,9 @@ struct ll_http {
 void ll_http_set_deadline(http_connection *connection, double seconds);
 void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 
-/* Routes a request before its body arrives. Sets `route`, or a response with `refused`. */
-void ll_http_begin(http_exchange *exchange, const char *version);
+/* Routes a request before its body arrives. Sets `route`, or a response with `refused`. `method` and
+ * `version`: the library's own texts. */
+void ll_http_begin(http_exchange *exchange, const char *method, const char *version);
 /* Called when the whole request has arrived. True: the response is ready to be sent. False: the connection is
  * suspended, and is resumed when a handler on another thread has made the response; the caller must not use
  * the exchange then. */

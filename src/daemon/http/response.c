@@ -22,8 +22,21 @@ const char *ll_http_query(const ll_http_request *request, const char *name)
 
 const char *ll_http_header(const ll_http_request *request, const char *name)
 {
-    const http_exchange *exchange = request->impl;
-    return MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
+    http_exchange *exchange = request->impl;
+    const char *value = MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
+    size_t whole = value != NULL ? strlen(value) : 0, size = whole;
+    while (size > 0 && (value[size - 1] == ' ' || value[size - 1] == '\t')) {
+        size--;
+    }
+    http_value *kept = size < whole ? malloc(sizeof *kept + size + 1) : NULL;
+    if (kept == NULL) {
+        return value;
+    }
+    memcpy(kept->text, value, size);
+    kept->text[size] = '\0';
+    kept->next = exchange->values;
+    exchange->values = kept;
+    return kept->text;
 }
 
 void ll_http_set_header(ll_http_response *response, const char *name, const char *value)

@@ -106,7 +106,7 @@ static bool origin_refused(http_exchange *exchange)
 {
     const ll_allow *allow = &exchange->http->allow;
     ll_text origin = text_of(ll_http_header(&exchange->request, "Origin"));
-    ll_text host = text_of(ll_http_header(&exchange->request, "Host"));
+    ll_text host = text_of(exchange->host);
     const char *site = ll_http_header(&exchange->request, "Sec-Fetch-Site");
     bool reads = strcmp(exchange->request.method, "GET") == 0;
     bool allowed = ll_allow_origin(allow, origin, host);
@@ -160,14 +160,15 @@ static enum MHD_Result add_header(void *closure, enum MHD_ValueKind kind, const 
 }
 
 /* Requests for a stream's path: an upgrade on a kept connection, or one that the acceptor refused. */
-static void begin_stream(http_exchange *exchange, const char *version)
+static void begin_stream(http_exchange *exchange, bool http11)
 {
     ll_http *http = exchange->http;
     const ll_http_request *request = &exchange->request;
     ll_head head = {.method = text_of(exchange->head ? "HEAD" : request->method),
                     .target = text_of(exchange->path),
-                    .http11 = strcmp(version, "HTTP/1.1") == 0};
+                    .http11 = http11};
     MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, add_header, &head);
+    head.host = text_of(exchange->host);
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
@@ -202,14 +203,38 @@ static void begin_stream(http_exchange *exchange, const char *version)
 
 typedef struct head_counts {
     int length, encoding, host, origin, authorization, type;
-    bool nul;
+    const char *coding; /* the Transfer-Encoding, as the library reads it */
+    const ll_head_fault *fault;
+    uintptr_t end; /* of the last value, or of the first line */
+    bool gap;
 } head_counts;
+
+/* RFC 9110 2.5: a higher minor version is as 1.1. */
+static bool is_http11(const char *version)
+{
+    return strcmp(version, "HTTP/1.0") != 0;
+}
+
+/* The library has only zeroed the ends of target, names, values and lines in its buffer. If one does not end
+ * where the next begins, it had a NUL, or was moved for a line that continues it (RFC 9112 5.2). */
+static bool follows(uintptr_t end, uintptr_t next, size_t least, size_t most)
+{
+    return next >= end + least && next <= end + most;
+}
 
 static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, const char *name,
                                     size_t name_size, const char *value, size_t value_size)
 {
     (void)kind;
     head_counts *counts = closure;
+    value = value != NULL ? value : "";
+    const ll_head_fault *fault = ll_header_fault((ll_text){name, name_size}, (ll_text){value, value_size});
+    counts->fault = counts->fault != NULL ? counts->fault : fault;
+    counts->gap = counts->gap || !follows(counts->end, (uintptr_t)name, 1, 2);
+    counts->end = (uintptr_t)value + value_size;
+    if (strcasecmp(name, "Transfer-Encoding") == 0) {
+        counts->coding = value;
+    }
     const struct {
         const char *name;
         int *count;
@@ -222,8 +247,6 @@ static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, cons
     for (size_t i = 0; i < sizeof counted / sizeof *counted; i++) {
         *counted[i].count += strcasecmp(name, counted[i].name) == 0;
     }
-    counts->nul = counts->nul || memchr(name, '\0', name_size) != NULL ||
-                  (value != NULL && memchr(value, '\0', value_size) != NULL);
     return MHD_YES;
 }
 
@@ -234,13 +257,23 @@ static void refuse_head(http_exchange *exchange, int status, const char *field, 
     exchange->ambiguous = true;
 }
 
+/* The method begins the head in the library's buffer. */
+static bool ends_head(const http_exchange *exchange, uintptr_t end, const char *method)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+    return info == NULL || follows(end, (uintptr_t)method + info->header_size, 2, 4);
+}
+
 /* Checks every request of a connection: the acceptor sees only the first one, and of duplicate headers the
  * library uses the first. */
-static bool head_refused(http_exchange *exchange, const char *version)
+static bool head_refused(http_exchange *exchange, const char *method, const char *version)
 {
-    head_counts n = {0};
+    uintptr_t first = (uintptr_t)version;
+    head_counts n = {.end = first + strlen(version),
+                     .gap = exchange->watched != NULL && first != exchange->watched->target_end + 1};
+    bool http11 = is_http11(version);
     MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, count_header, &n);
-    const char *encoding = ll_http_header(&exchange->request, "Transfer-Encoding");
     const char *twice = n.length > 1          ? "Content-Length"
                         : n.encoding > 1      ? "Transfer-Encoding"
                         : n.host > 1          ? "Host"
@@ -250,12 +283,16 @@ static bool head_refused(http_exchange *exchange, const char *version)
                                               : NULL;
     if (twice != NULL) {
         refuse_head(exchange, 400, twice, "duplicate header");
-    } else if (n.nul) {
-        refuse_head(exchange, 400, "", "headers: must not have a NUL");
-    } else if (encoding != NULL && (n.length > 0 || strcmp(version, "HTTP/1.1") != 0)) {
+    } else if (strspn(method, "ABCDEFGHIJKLMNOPQRSTUVWXYZ") != strlen(method)) {
+        refuse_head(exchange, 400, "", "method: must be capital letters");
+    } else if (n.fault != NULL) {
+        refuse_head(exchange, n.fault->status, n.fault->field, n.fault->text);
+    } else if (n.gap || !ends_head(exchange, n.end, method)) {
+        refuse_head(exchange, 400, "", "request head: must not have a NUL or lines that continue others");
+    } else if (n.coding != NULL && (n.length > 0 || !http11)) {
         refuse_head(exchange, 400, "Transfer-Encoding",
                     "Transfer-Encoding: must be in HTTP/1.1 and without Content-Length");
-    } else if (encoding != NULL && strcasecmp(encoding, "chunked") != 0) {
+    } else if (n.coding != NULL && strcasecmp(n.coding, "chunked") != 0) {
         refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding: must be chunked");
     }
     return exchange->ambiguous;
@@ -271,9 +308,14 @@ static void begin_body(http_exchange *exchange)
         return;
     }
     const char *type = ll_http_header(&exchange->request, "Content-Type");
+    const char *coding = ll_http_header(&exchange->request, "Content-Encoding");
     exchange->body_limit = route->body_limit;
     if (length > route->body_limit || route->body_limit == 0) {
         ll_http_refuse(exchange, 413, LL_LIMIT, "", "body: must have at most %zu bytes", route->body_limit);
+    } else if (coding != NULL && strcasecmp(coding, "identity") != 0) {
+        ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Encoding",
+                       "Content-Encoding: a body must not have one; got %.40s", coding);
+        ll_http_set_header(&exchange->response, "Accept-Encoding", "identity");
     } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
         ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type: must be one of: %s",
                        route->types);
@@ -330,29 +372,28 @@ static void check_query(http_exchange *exchange)
     }
 }
 
-void ll_http_begin(http_exchange *exchange, const char *version)
+void ll_http_begin(http_exchange *exchange, const char *method, const char *version)
 {
     ll_http *http = exchange->http;
     ll_http_request *request = &exchange->request;
-    const char *host = ll_http_header(request, "Host");
     ll_stream_kind kind;
     char allow[96], id[65];
     exchange->refused = true;
-    if (head_refused(exchange, version)) {
+    if (head_refused(exchange, method, version)) {
         return;
     }
-    if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
+    if (ll_http_header(request, "Host") == NULL && is_http11(version)) {
         ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "Host: required in HTTP/1.1");
         return;
     }
-    if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
+    if (exchange->host != NULL && !ll_allow_host(&http->allow, text_of(exchange->host))) {
         ll_http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
                        "Host: must be localhost, an address or a name given by --allow-host");
         return;
     }
     ll_http_take_digest(exchange);
     if (exchange->named == HTTP_ITS_ADDRESS && ll_stream_path(text_of(exchange->path), &kind, id)) {
-        begin_stream(exchange, version);
+        begin_stream(exchange, is_http11(version));
         return;
     }
     exchange->route = find(exchange, allow, sizeof allow);

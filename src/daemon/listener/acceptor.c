@@ -130,10 +130,11 @@ static bool drain_input(int fd)
     return size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
 }
 
-static void refuse(ll_acceptor *acceptor, pending_connection *a, int status, const char *detail)
+static void refuse(ll_acceptor *acceptor, pending_connection *a, int status, const char *field,
+                   const char *detail)
 {
     atomic_fetch_add(&acceptor->refused_head, 1);
-    send_problem(a->fd, status, "", detail);
+    send_problem(a->fd, status, field, detail);
     shutdown(a->fd, SHUT_WR);
     if (drain_input(a->fd)) {
         drop(acceptor, a);
@@ -196,17 +197,21 @@ static void peek(ll_acceptor *acceptor, pending_connection *a)
         route(acceptor, a, &head);
         return;
     case LL_HEAD_INVALID:
-        refuse(acceptor, a, 400, "not a request of HTTP/1.1");
+        if (head.fault != NULL) {
+            refuse(acceptor, a, head.fault->status, head.fault->field, head.fault->text);
+        } else {
+            refuse(acceptor, a, 400, "", "not a request of HTTP/1.1");
+        }
         return;
-    case LL_HEAD_HTTP2:
-        refuse(acceptor, a, 505, "HTTP version: must be 1.1; got 2");
+    case LL_HEAD_VERSION:
+        refuse(acceptor, a, 505, "", "HTTP version: must be 1.1");
         return;
     case LL_HEAD_PARTIAL:
         break;
     }
     if ((size_t)size > limit) {
         snprintf(detail, sizeof detail, "request head: must have at most %zu bytes (max_head_bytes)", limit);
-        refuse(acceptor, a, 431, detail);
+        refuse(acceptor, a, 431, "", detail);
     } else if (++a->peeks == MANY_PEEKS) {
         /* Each peek copies the whole head, which would be quadratic for a client that sends a byte at a time:
          * from now on peek once per tick. */
@@ -332,7 +337,7 @@ static void tick(ll_acceptor *acceptor)
     while (acceptor->reading.first != NULL && acceptor->reading.first->deadline_ns <= now) {
         snprintf(detail, sizeof detail, "request head not complete after %g s (head_timeout_s)",
                  acceptor->config.head_timeout_s);
-        refuse(acceptor, acceptor->reading.first, 408, detail);
+        refuse(acceptor, acceptor->reading.first, 408, "", detail);
     }
     for (pending_connection *a = acceptor->reading.first, *next; a != NULL; a = next) {
         next = a->next;

@@ -33,8 +33,18 @@ static ll_text trim(ll_text text)
 
 const char *ll_target_fault(const char *target)
 {
+    for (const char *at = target; *at != '\0'; at++) {
+        if (*at <= ' ' && *at >= 0) {
+            return "target: must not have spaces and control characters";
+        }
+    }
     if (strstr(target, "%00") != NULL) {
         return "target: must not have a NUL (%00)";
+    }
+    const char *authority = strstr(target, "://");
+    if (target[0] != '/' && authority != NULL &&
+        memchr(authority + 3, '%', strcspn(authority + 3, "/?")) != NULL) {
+        return "target: must not have a % in its host";
     }
     const char *query = strchr(target, '?');
     int arguments = query != NULL;
@@ -109,8 +119,13 @@ static bool next_line(const char **at, const char *end, ll_text *line)
     return true;
 }
 
-/* `METHOD target HTTP/1.x`, single spaces, visible ASCII. */
-static bool parse_request_line(ll_text line, ll_head *head)
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* `METHOD target HTTP/1.x`, single spaces, visible ASCII. `known`: whether it is HTTP/1. */
+static bool parse_request_line(ll_text line, ll_head *head, bool *known)
 {
     const char *space = memchr(line.at, ' ', line.size);
     if (space == NULL || space == line.at) {
@@ -124,11 +139,12 @@ static bool parse_request_line(ll_text line, ll_head *head)
     }
     head->target = (ll_text){target, (size_t)(space - target)};
     ll_text version = {space + 1, (size_t)(end - space - 1)};
-    if (version.size != 8 || memcmp(version.at, "HTTP/1.", 7) != 0 ||
-        (version.at[7] != '0' && version.at[7] != '1')) {
+    if (version.size != 8 || memcmp(version.at, "HTTP/", 5) != 0 || !is_digit(version.at[5]) ||
+        version.at[6] != '.' || !is_digit(version.at[7])) {
         return false;
     }
-    head->http11 = version.at[7] == '1';
+    *known = version.at[5] == '1';
+    head->http11 = version.at[7] != '0'; /* RFC 9110 2.5: a higher minor version is as 1.1 */
     for (size_t i = 0; i < head->method.size; i++) {
         if (head->method.at[i] < 'A' || head->method.at[i] > 'Z') {
             return false;
@@ -158,6 +174,7 @@ static void add_protocols(ll_head *head, ll_text list)
 
 void ll_head_add(ll_head *head, ll_text name, ll_text value)
 {
+    value = trim(value);
     const struct {
         const char *name;
         ll_text *value;
@@ -183,23 +200,53 @@ void ll_head_add(ll_head *head, ll_text name, ll_text value)
     }
 }
 
+const ll_head_fault *ll_header_fault(ll_text name, ll_text value)
+{
+    static const ll_head_fault bad_name = {400, "",
+                                           "header: its name must be letters, digits and !#$%&'*+-.^_`|~"},
+                               bad_value = {400, "", "header: must not have control characters"},
+                               no_length = {400, "Content-Length",
+                                            "Content-Length: must be digits and nothing else"},
+                               long_length = {413, "Content-Length",
+                                              "Content-Length: must have at most 19 digits"};
+    if (name.size == 0) {
+        return &bad_name;
+    }
+    for (size_t i = 0; i < name.size; i++) {
+        if (!is_name_character(name.at[i]) &&
+            (name.at[i] == '\0' || strchr("!#$%&'*+.^`|~", name.at[i]) == NULL)) {
+            return &bad_name; /* also obsolete line folding */
+        }
+    }
+    bool digits = value.size > 0;
+    for (size_t i = 0; i < value.size; i++) {
+        char c = value.at[i];
+        if ((c >= 0 && c < ' ' && c != '\t') || c == 0x7f) {
+            return &bad_value;
+        }
+        digits = digits && is_digit(c);
+    }
+    if (!equals(name, "Content-Length")) {
+        return NULL;
+    }
+    return !digits ? &no_length : value.size > 19 ? &long_length : NULL;
+}
+
 static bool parse_field(ll_text line, ll_head *head)
 {
     const char *colon = memchr(line.at, ':', line.size);
-    if (colon == NULL || colon == line.at) {
+    if (colon == NULL) {
         return false;
     }
     ll_text name = {line.at, (size_t)(colon - line.at)};
-    for (size_t i = 0; i < name.size; i++) {
-        if (name.at[i] <= ' ' || name.at[i] >= 0x7f) {
-            return false; /* also obsolete line folding */
-        }
+    ll_text value = {colon + 1, (size_t)(line.at + line.size - colon - 1)};
+    while (value.size > 0 && (*value.at == ' ' || *value.at == '\t')) {
+        value.at++;
+        value.size--;
     }
-    if (memchr(line.at, '\0', line.size) != NULL || memchr(line.at, '\r', line.size) != NULL) {
-        return false;
-    }
-    ll_head_add(head, name, trim((ll_text){colon + 1, (size_t)(line.at + line.size - colon - 1)}));
-    return true;
+    head->fault = ll_header_fault(name, value);
+    ll_head_add(head, name, value);
+    return head->fault == NULL;
 }
 
 /* Checks the first bytes: browsers and scripts send a method in capitals first. */
@@ -208,7 +255,7 @@ static ll_head_state parse_beginning(const char *bytes, size_t size)
     static const char preface[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
     size_t common = size < 14 ? size : 14;
     if (common >= 4 && memcmp(bytes, preface, common) == 0) {
-        return common < 14 ? LL_HEAD_PARTIAL : LL_HEAD_HTTP2;
+        return common < 14 ? LL_HEAD_PARTIAL : LL_HEAD_VERSION;
     }
     for (size_t i = 0; i < size && bytes[i] != ' '; i++) {
         if (bytes[i] < 'A' || bytes[i] > 'Z' || i >= 24) {
@@ -234,8 +281,12 @@ ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
     if (!next_line(&at, end, &line)) {
         return LL_HEAD_PARTIAL;
     }
-    if (!parse_request_line(line, head)) {
+    bool known;
+    if (!parse_request_line(line, head, &known)) {
         return LL_HEAD_INVALID;
+    }
+    if (!known) {
+        return LL_HEAD_VERSION;
     }
     while (next_line(&at, end, &line)) {
         if (line.size == 0) {
@@ -281,8 +332,11 @@ bool ll_allow_host(const ll_allow *allow, ll_text host)
         return false;
     }
     ll_text name = without_port(host);
-    return equals(name, "localhost") || is_address(name) || in_list(allow->hosts, name) ||
-           in_list(allow->hosts, host);
+    if (is_address(name) || in_list(allow->hosts, host)) {
+        return true;
+    }
+    name.size -= name.size > 1 && name.at[name.size - 1] == '.'; /* the root of names: the same host */
+    return equals(name, "localhost") || in_list(allow->hosts, name);
 }
 
 bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)

@@ -18,9 +18,15 @@ typedef struct ll_text { /* not NUL-terminated; `at` is NULL when absent */
 typedef enum ll_head_state {
     LL_HEAD_PARTIAL, /* incomplete */
     LL_HEAD_WHOLE,
-    LL_HEAD_INVALID, /* not HTTP/1 */
-    LL_HEAD_HTTP2,   /* preface of HTTP/2 */
+    LL_HEAD_INVALID, /* not HTTP/1; `fault` may say why */
+    LL_HEAD_VERSION, /* another version of HTTP */
 } ll_head_state;
+
+/* Why a head is refused. */
+typedef struct ll_head_fault {
+    int status;
+    const char *field, *text; /* a header's name or empty; a sentence */
+} ll_head_fault;
 
 /* Formats of frames, by the names that Sec-WebSocket-Protocol has for them. */
 enum { LL_STREAM_PROTOCOLS = 2 };
@@ -36,16 +42,21 @@ typedef struct ll_head {
     int protocols;                        /* in Sec-WebSocket-Protocol */
     int protocol_at[LL_STREAM_PROTOCOLS]; /* place of each format of frames among them, from 1; 0: none */
     const char *twice;                    /* a header that came again and may not; NULL: none */
+    const ll_head_fault *fault;           /* NULL: none, or not a head at all */
     size_t size;                          /* of the head with its empty line */
 } ll_head;
 
 ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head);
 
-/* One header; `value` without surrounding space. */
+/* One header; space around `value` is no part of it. */
 void ll_head_add(ll_head *head, ll_text name, ll_text value);
 
-/* Why a request's target must not reach a handler: the library would truncate it (`%00`) or reject it (too
- * many arguments). NULL: no fault. */
+/* What is wrong with a header, in which two parsers could differ; `value` without space before it. NULL: no
+ * fault. */
+const ll_head_fault *ll_header_fault(ll_text name, ll_text value);
+
+/* Why a request's target must not reach a handler: it is none, or the library would truncate it (`%00`) or
+ * reject it (too many arguments). NULL: no fault. */
 const char *ll_target_fault(const char *target);
 enum { LL_ARGUMENTS_MAX = 64 };
 

@@ -53,10 +53,14 @@ static void test_heads(void **state)
                  {"\r\nGET / HTTP/1.0\r\n\r\n", LL_HEAD_WHOLE},
                  {"GET / HTTP/1.1\nHost: a\n\n", LL_HEAD_WHOLE},
                  {"PRI * HTTP", LL_HEAD_PARTIAL},
-                 {"PRI * HTTP/2.0\r\n", LL_HEAD_HTTP2},
+                 {"PRI * HTTP/2.0\r\n", LL_HEAD_VERSION},
+                 {"GET / HTTP/2.0\r\n", LL_HEAD_VERSION},
+                 {"GET / HTTP/0.9\r\n", LL_HEAD_VERSION},
+                 {"GET / HTTP/1.7\r\n\r\n", LL_HEAD_WHOLE},
+                 {"GET / HTTP/1.10\r\n\r\n", LL_HEAD_INVALID},
+                 {"GET / http/1.1\r\n\r\n", LL_HEAD_INVALID},
                  {"get", LL_HEAD_INVALID},
                  {"\x16\x03\x01", LL_HEAD_INVALID},
-                 {"GET / HTTP/1.2\r\n", LL_HEAD_INVALID},
                  {"GET /\x01 HTTP/1.1\r\n", LL_HEAD_INVALID},
                  {"ABCDEFGHIJKLMNOPQRSTUVWXYZ", LL_HEAD_INVALID},
                  {"GET / HTTP/1.1\r\n: x\r\n", LL_HEAD_INVALID},
@@ -69,6 +73,9 @@ static void test_heads(void **state)
     static const char twice[] = "GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\n\r\n";
     assert_int_equal(ll_head_parse(twice, sizeof twice - 1, &head), LL_HEAD_WHOLE);
     assert_string_equal(head.twice, "Host");
+    static const char length[] = "GET / HTTP/1.1\r\nContent-Length: x\r\n\r\n";
+    assert_int_equal(ll_head_parse(length, sizeof length - 1, &head), LL_HEAD_INVALID);
+    assert_string_equal(head.fault->field, "Content-Length");
 }
 
 #define BIN "laglab.v2.bin"
@@ -116,8 +123,6 @@ static void test_upgrades(void **state)
         {"sessions", HOST HOST UPGRADE VERSION KEY PROTOCOL(BIN), 400, 0, "Host"},
         {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: 7\r\n", 400, 0,
          "Content-Length"},
-        {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: x\r\n", 400, 0,
-         "Content-Length"},
         {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Transfer-Encoding: chunked\r\n", 400, 0,
          "Transfer-Encoding"},
         {"sessions", HOST UPGRADE VERSION KEY PROTOCOL(BIN) "Content-Length: 00\r\n", 101, LL_FRAME_BINARY,
@@ -141,12 +146,66 @@ static void test_upgrades(void **state)
     }
 }
 
+/* What a header of this name and value is refused with; 0: not at all. */
+static int fault_of(const char *name, const char *value)
+{
+    const ll_head_fault *fault =
+        ll_header_fault((ll_text){name, strlen(name)}, (ll_text){value, strlen(value)});
+    return fault != NULL ? fault->status : 0;
+}
+
+static void test_faults(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *value;
+        int status;
+    } cases[] = {{"X-Plain", "a\tb \xc3\xa4", 0},
+                 {"!#$%&'*+-.^_`|~09azAZ", "", 0},
+                 {"", "a", 400},
+                 {"A b", "a", 400},
+                 {"A\t", "a", 400},
+                 {"A(", "a", 400},
+                 {"\xc3\xa4", "a", 400},
+                 {"A", "a\rb", 400},
+                 {"A", "\v", 400},
+                 {"A", "\x7f", 400},
+                 {"content-length", "0", 0},
+                 {"Content-Length", "0000000000000000099", 0},
+                 {"Content-Length", "18446744073709551615", 413},
+                 {"Content-Length", "", 400},
+                 {"Content-Length", "+1", 400},
+                 {"Content-Length", "-1", 400},
+                 {"Content-Length", "0x1b", 400},
+                 {"Content-Length", "27, 27", 400},
+                 {"Content-Length", "27 ", 400},
+                 {"Content-Lengths", "27 ", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_int_equal(fault_of(cases[i].name, cases[i].value), cases[i].status);
+    }
+    assert_int_equal(ll_header_fault((ll_text){"A\0b", 3}, T("a"))->status, 400);
+    assert_int_equal(ll_header_fault(T("A"), (ll_text){"a\0b", 3})->status, 400);
+    assert_null(ll_target_fault("/a%20b?c=%d"));
+    assert_null(ll_target_fault("http://lab.example:80/a%20b?d=://%20"));
+    assert_null(ll_target_fault("/a?b=http://%20"));
+    assert_null(ll_target_fault("*"));
+    assert_non_null(ll_target_fault("http://lab%2eexample/"));
+    assert_non_null(ll_target_fault("http://lab.example%2fa"));
+    assert_non_null(ll_target_fault("/a b"));
+    assert_non_null(ll_target_fault("/a\tb"));
+    assert_non_null(ll_target_fault("/%00"));
+}
+
 static void test_hosts(void **state)
 {
     (void)state;
     ll_allow allow = {.hosts = "lab.example, two.example:8080", .origins = ""};
     assert_true(ll_allow_host(&allow, T("localhost")));
     assert_true(ll_allow_host(&allow, T("LOCALHOST:8080")));
+    assert_true(ll_allow_host(&allow, T("localhost.")));
+    assert_true(ll_allow_host(&allow, T("lab.example.:443")));
+    assert_false(ll_allow_host(&allow, T("localhost..")));
+    assert_false(ll_allow_host(&allow, T(".")));
     assert_true(ll_allow_host(&allow, T("192.168.0.1:80")));
     assert_true(ll_allow_host(&allow, T("[fe80::1]:80")));
     assert_true(ll_allow_host(&allow, T("lab.example")));
@@ -281,6 +340,7 @@ int main(void)
         cmocka_unit_test(test_every_prefix_is_partial),
         cmocka_unit_test(test_heads),
         cmocka_unit_test(test_upgrades),
+        cmocka_unit_test(test_faults),
         cmocka_unit_test(test_hosts),
         cmocka_unit_test(test_origins),
         cmocka_unit_test(test_stream_paths),
