@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import net from 'node:net';
-import { client } from '../lib/client.mjs';
+import { client, raw } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
 let daemon, c;
@@ -19,6 +19,23 @@ after(async () => {
 const GOOD = 'GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n';
 const post = (/** @type {string} */ headers, /** @type {string} */ body) =>
   `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n${headers}\r\n${body}`;
+test('a list in several lines is one list', async () => {
+  const { id } = await c.make({ paused: true }),
+    { etag } = (await c.get('/index.html')).headers;
+  const get = async (/** @type {string} */ place, /** @type {string[]} */ ...lines) => {
+    const head = ['Host: localhost', 'Connection: close', ...lines].join('\r\n');
+    return (await raw(daemon.port, `GET ${place} HTTP/1.1\r\n${head}\r\n\r\n`)).text;
+  };
+  const trace = `/api/v1/sessions/${id}/trace`;
+  assert.match(await get(trace, 'Accept: image/png'), /^HTTP\/1\.1 406 /);
+  assert.match(
+    await get(trace, 'Accept: image/png', 'Accept: application/json'),
+    /^HTTP\/1\.1 200 [\s\S]*\r\nContent-Type: application\/json/,
+  );
+  assert.match(await get('/index.html', 'If-None-Match: "a"', `If-None-Match: ${etag} `, 'If-None-Match: "b"'), /^HTTP\/1\.1 304 /);
+  assert.match(await get('/index.html', 'Accept-Encoding: br ', 'Accept-Encoding:', 'accept-encoding: gzip'), /\r\nContent-Encoding: gzip/);
+});
+
 test('a NUL in JSON is refused and not cut at', async () => {
   for (const body of [
     '{"scenario":"race\\u00gx, or what a lax reader takes for a NUL"}',

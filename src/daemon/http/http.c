@@ -138,34 +138,13 @@ static void name_request(http_exchange *exchange)
     }
 }
 
-typedef struct forwarded_list {
-    char text[1024]; /* keep the end of it, which has the trusted part */
-} forwarded_list;
-
-static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, const char *name,
-                                     const char *value)
-{
-    (void)kind;
-    forwarded_list *list = closure;
-    if (strcasecmp(name, "X-Forwarded-For") == 0 && value != NULL) {
-        char whole[2 * sizeof list->text];
-        size_t given = strlen(value), most = sizeof list->text - 1;
-        const char *end = given > most ? value + given - most : value;
-        int size = snprintf(whole, sizeof whole, "%s,%s", list->text, end);
-        const char *kept = (size_t)size > most ? whole + (size_t)size - most : whole;
-        memcpy(list->text, kept, strlen(kept) + 1);
-    }
-    return MHD_YES;
-}
-
 /* What a trusted proxy says of its client. A host that the header Host may not have is one that the client
  * wrote and the proxy passed on. */
 static void name_client(http_exchange *exchange)
 {
-    forwarded_list list = {""};
     ll_http_request *request = &exchange->request;
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_forwarded, &list);
-    ll_proxies_client(exchange->http->proxies, list.text, request->peer);
+    const char *clients = ll_http_header(request, "X-Forwarded-For");
+    ll_proxies_client(exchange->http->proxies, clients != NULL ? clients : "", request->peer);
     const char *proto = ll_http_header(request, "X-Forwarded-Proto");
     const char *host = ll_http_header(request, "X-Forwarded-Host");
     request->tls = proto != NULL && strcasecmp(proto, "https") == 0;

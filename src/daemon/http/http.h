@@ -38,7 +38,7 @@ typedef struct ll_http_request {
     void *impl;
 } ll_http_request;
 
-/* NULL when absent. The text lives as long as the request. */
+/* NULL when absent; several lines of one name are one list. The text lives as long as the request. */
 const char *ll_http_query(const ll_http_request *request, const char *name);
 const char *ll_http_header(const ll_http_request *request, const char *name);
 

@@ -46,7 +46,7 @@ typedef enum http_phase {
 /* An upgrade that was announced to a client; freed when its request ends, successful or not. */
 typedef struct http_upgrade http_upgrade;
 
-/* A header's value without the space behind it, which the library leaves there. */
+/* A header's value that is not in the library's buffer as it is. */
 typedef struct http_value {
     struct http_value *next;
     char text[];

@@ -20,20 +20,57 @@ const char *ll_http_query(const ll_http_request *request, const char *name)
     return value != NULL ? value : "";
 }
 
+/* The lines of one header. */
+typedef struct header_lines {
+    const char *name;
+    const char *value; /* of the last line */
+    int count;
+    size_t size;  /* of all values, each with a separator */
+    char *joined; /* where the next value goes; NULL: they are counted only */
+} header_lines;
+
+static enum MHD_Result add_line(void *closure, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+    (void)kind;
+    header_lines *lines = closure;
+    if (strcasecmp(name, lines->name) != 0) {
+        return MHD_YES;
+    }
+    lines->value = value != NULL ? value : "";
+    size_t size = strlen(lines->value);
+    lines->count++;
+    lines->size += size + 2;
+    while (size > 0 && (lines->value[size - 1] == ' ' || lines->value[size - 1] == '\t')) {
+        size--;
+    }
+    if (lines->joined != NULL) {
+        memcpy(lines->joined, lines->value, size);
+        memcpy(lines->joined + size, ", ", 2);
+        lines->joined += size + 2;
+    }
+    return MHD_YES;
+}
+
+static bool ends_with_space(const char *value)
+{
+    size_t size = strlen(value);
+    return size > 0 && (value[size - 1] == ' ' || value[size - 1] == '\t');
+}
+
+/* RFC 9110 5.3, 5.5: lines of one name are one list; space behind a value is no part of it. */
 const char *ll_http_header(const ll_http_request *request, const char *name)
 {
     http_exchange *exchange = request->impl;
-    const char *value = MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
-    size_t whole = value != NULL ? strlen(value) : 0, size = whole;
-    while (size > 0 && (value[size - 1] == ' ' || value[size - 1] == '\t')) {
-        size--;
-    }
-    http_value *kept = size < whole ? malloc(sizeof *kept + size + 1) : NULL;
+    header_lines lines = {.name = name};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_line, &lines);
+    bool plain = lines.count == 0 || (lines.count == 1 && !ends_with_space(lines.value));
+    http_value *kept = plain ? NULL : malloc(sizeof *kept + lines.size);
     if (kept == NULL) {
-        return value;
+        return lines.value;
     }
-    memcpy(kept->text, value, size);
-    kept->text[size] = '\0';
+    lines.joined = kept->text;
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_line, &lines);
+    lines.joined[-2] = '\0';
     kept->next = exchange->values;
     exchange->values = kept;
     return kept->text;
