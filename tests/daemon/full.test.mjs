@@ -2,7 +2,7 @@
 // is there after kill -9.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
@@ -112,3 +112,111 @@ test('a class while the store fails: every change is refused, nothing changes, a
   assert.equal((await c.call('DELETE', at, { key })).status, 204);
   c.close();
 });
+
+const X = '/api/v1/experiments',
+  ORDER = { scenario: 'race', set: { duration_s: 0.2 }, repeats: 20, metrics: ['players.0.own_lead_m.mean'] };
+const mount = (...args) => execFileSync('mount', args, { stdio: 'pipe' });
+
+const DISKS = {
+  full: {
+    spoil: (/** @type {string} */ disk) => {
+      try {
+        writeFileSync(path.join(disk, 'filler'), Buffer.alloc(16 << 20));
+      } catch (error) {
+        assert.equal(error.code, 'ENOSPC');
+      }
+    },
+    mend: (/** @type {string} */ disk) => rmSync(path.join(disk, 'filler')),
+    cause: /full|No space left on device/,
+  },
+  'read-only': {
+    spoil: (/** @type {string} */ disk) => mount('-o', 'remount,ro', disk),
+    mend: (/** @type {string} */ disk) => mount('-o', 'remount,rw', disk),
+    cause: /Read-only file system|readonly database/,
+  },
+};
+
+for (const [name, { spoil, mend, cause }] of Object.entries(DISKS))
+  for (const end of ['kill', 'stop'])
+    test(`a start on a disk that is ${name}, after ${end === 'kill' ? 'kill -9' : 'SIGTERM'}: what is there is served, and it recovers`, {
+      skip: process.getuid?.() !== 0 && 'mounting needs root',
+    }, async (t) => {
+      const disk = folder();
+      mount('-t', 'tmpfs', '-o', 'size=6m', 'none', disk);
+      let daemon = await startDaemon({ data: disk }),
+        c = client(daemon.url);
+      t.after(async () => {
+        c.close();
+        await daemon.kill();
+        execFileSync('umount', ['-l', disk]);
+        remove(disk);
+      });
+      const again = async (/** @type {'kill' | 'stop'} */ how) => {
+        c.close();
+        await daemon[how]();
+      };
+      const begin = async () => {
+        daemon = await startDaemon({ data: disk });
+        c = client(daemon.url);
+      };
+      const session = await c.make({ paused: true });
+      assert.equal((await c.patch(session, { 'players.0.lag_ms': 77 })).status, 200);
+      const room = (await c.call('POST', C)).json,
+        at = `${C}/${room.id}`;
+      const made = (await c.call('POST', X, { body: ORDER })).json;
+      await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the experiment', 20000);
+      const rows = (await c.get(`${made.links.results}?format=csv`)).text;
+      await again(/** @type {'kill' | 'stop'} */ (end));
+      spoil(disk);
+      await begin();
+      assert.equal((await c.get('/readyz')).status, 200);
+      assert.match((await c.get('/metrics')).text, /^laglab_store_failing 1$/m);
+      const log = (await c.get(session.links.log)).text;
+      assert.match(log, /"players.0.lag_ms":77/);
+      assert.equal((await c.get(session.links.state)).status, 200);
+      assert.equal((await c.get(`${made.links.results}?format=csv`)).text, rows);
+      const stream = await c.stream(session);
+      await stream.wait((each) => each.type === 'hello');
+      await stream.close();
+      const { state } = (await c.get(at)).json;
+      for (const answer of await Promise.all([
+        c.patch(session, { 'players.0.lag_ms': 5 }),
+        c.call('POST', '/api/v1/sessions', { body: { scenario: 'race' } }),
+        c.call('DELETE', session.links.self, { key: session.owner_key }),
+        c.call('POST', C),
+        c.call('PATCH', at, { key: room.teacher_key, body: { phase: 'free' } }),
+        c.call('DELETE', at, { key: room.teacher_key }),
+        c.call('POST', X, { body: ORDER }),
+        c.call('DELETE', made.links.self, { key: made.owner_key }),
+      ])) {
+        assert.equal(answer.status, 507, answer.text);
+        assert.match(answer.json.detail, cause);
+      }
+      assert.equal((await c.get(session.links.log)).text, log);
+      assert.equal((await c.get(at)).json.state.phase, state.phase);
+      await waitFor(() => /the store of experiments fails/.test(daemon.errors()), 'the line of the log');
+      mend(disk);
+      const works = async () => (await c.patch(session, { 'players.0.lag_ms': 5 })).status === 200;
+      await waitFor(works, 'the store to work', 8000);
+      assert.equal((await c.call('PATCH', at, { key: room.teacher_key, body: { phase: 'free' } })).status, 200);
+      await waitFor(async () => /^laglab_store_failing 0$/m.test((await c.get('/metrics')).text), 'both stores');
+      assert.equal((await c.call('DELETE', made.links.self, { key: made.owner_key })).status, 204);
+      await waitFor(() => /the store of experiments works/.test(daemon.errors()), 'the line of the log');
+      const lines = daemon
+        .errors()
+        .trim()
+        .split('\n')
+        .map((line) => JSON.parse(line))
+        .filter(({ level }) => level !== 'info');
+      assert.deepEqual(
+        lines.map(({ msg }) => msg).sort(),
+        ['the store fails', 'the store of experiments fails', 'the store of experiments works again', 'the store works again'],
+        'one line when a store begins to fail, one when it works again',
+      );
+      assert.match(lines.find(({ msg }) => msg === 'the store fails').detail, cause);
+      await again('kill');
+      await begin();
+      assert.match((await c.get(session.links.log)).text, /"players.0.lag_ms":5\b/);
+      assert.equal((await c.get(at)).json.state.phase, 'free');
+      assert.equal((await c.get(made.links.self)).status, 404);
+    });

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/mman.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "daemon/api/api.h"
@@ -127,11 +128,15 @@ static void choose_part(const ll_http_request *request, ll_http_response *respon
 
 /* ---- files ---- */
 
+#define ROOM_BYTES (16 << 20) /* with less on its disk, an answer is made in memory */
+
 /* A file without a name, which is gone when it is closed: in the folder, in memory where that cannot be
  * written. */
 static FILE *open_temporary(const char *folder)
 {
-    int fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    struct statvfs disk;
+    bool full = statvfs(folder, &disk) != 0 || (uint64_t)disk.f_bavail * disk.f_frsize < ROOM_BYTES;
+    int fd = full ? -1 : open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
     if (fd < 0)
         fd = memfd_create("laglab", MFD_CLOEXEC);
     FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;

@@ -4,6 +4,7 @@
 #include "base/version.h"
 #include "daemon/api/api.h"
 #include "daemon/class/classes.h"
+#include "daemon/jobs/experiments.h"
 #include "daemon/support/access.h"
 #include "daemon/support/memory.h"
 #include "daemon/support/tasks.h"
@@ -147,7 +148,10 @@ static void write_store(ll_http_response *r, ll_api *api)
     gauge(r, "store_queue", (double)store.queued, "Records waiting to be stored.");
     counter(r, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");
     counter(r, "store_failures_total", (uint64_t)store.failures, "Failed commits, which are retried.");
-    gauge(r, "store_failing", ll_store_failing(api->store, NULL), "1 while the store fails.");
+    gauge(r, "store_failing",
+          ll_store_failing(api->store, NULL) ||
+              ll_result_store_failing(ll_experiments_store(api->experiments), NULL),
+          "1 while the store of sessions and classes, or that of experiments, fails.");
     family(r, "store_commit_seconds", "histogram", "Time of a commit.");
     for (int i = 0; i < LL_STORE_TIMES; i++) {
         char limit[24] = "+Inf";

@@ -279,9 +279,9 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 {
     ll_api *api = context;
     count_answer(api, status, seconds);
-    /* Not 501, a fault of the client; not 503: a full or stopping daemon is no failure, and /metrics counts
-     * it. */
-    if (status < 500 || status == 501 || status == 503)
+    /* Not what the request is to blame for (501, 505), nor a full or stopping daemon (503), which /metrics
+     * counts, nor a store that fails (507), which is logged once. */
+    if (status != 500)
         return;
     /* The pattern and not the path, since paths contain session ids. */
     ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",

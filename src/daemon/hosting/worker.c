@@ -142,7 +142,7 @@ static slot_result serve_locked(ll_session_entry *session_entry, ll_time deadlin
     ll_session_status status = ll_session_get_pulse(session_entry->session).status;
     if (session_entry->wall - session_entry->stored.saved_wall >
             (ll_time)(session_entry->host->config.save_every_s * 1e9) &&
-        status == LL_SESSION_PLAYING)
+        status == LL_SESSION_PLAYING && !ll_store_failing(session_entry->host->store, NULL))
         ll_session_entry_save(session_entry);
     if ((int)status != atomic_load(&session_entry->shared.status) ||
         session_entry->published.seq % LL_FRAME_HZ == 0) /* its memory grows slowly */

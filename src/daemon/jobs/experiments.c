@@ -18,6 +18,8 @@ enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
 
 enum { RATE_SAMPLES = 64, LOWEST_NICE = 19 };
 
+#define EXPIRE_EVERY_NS (10 * LL_SECOND) /* between two deletions of expired experiments */
+
 /* Start of the interval over which an experiment's rate is measured. */
 typedef struct rate_sample {
     char id[LL_EXPERIMENT_ID_MAX + 1];
@@ -40,6 +42,9 @@ struct ll_experiments {
     rate_sample rate_samples[RATE_SAMPLES]; /* a ring buffer */
     int next_pace;
     creator *creators; /* guarded by `lock` */
+    /* Of the thread that tidies up: */
+    ll_time failing_since; /* of the store; 0: it works */
+    ll_time expired_at;
 };
 
 /* ---- stored experiments ---- */
@@ -156,8 +161,12 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
     pthread_mutex_init(&x->lock, NULL);
     snprintf(path, sizeof path, folder ? "%s/experiments.db" : ":memory:", folder);
     int64_t present;
-    ll_status status = ll_result_store_open(path, &x->store);
-    LL_THEN(status, expire(x, &present));
+    ll_status status = ll_result_store_open_any(path, &x->store);
+    if (!ll_failed(&status)) {
+        status = expire(x, &present);
+        if (ll_result_store_failing(x->store, NULL))
+            status = ll_ok(); /* what is there can be read */
+    }
     LL_THEN(status, start_workers(x));
     if (ll_failed(&status)) {
         ll_experiments_close(x);
@@ -174,8 +183,7 @@ static void show(void *progress, const ll_experiment_record *record)
 ll_status ll_experiments_open_streams(ll_experiments *x, ll_ws *ws)
 {
     ll_progress *progress;
-    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe,
-                                       ll_experiments_delete_expired};
+    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe, ll_experiments_tidy};
     LL_TRY(ll_progress_start(&source, ws, &progress));
     atomic_store(&x->progress, progress);
     return ll_result_store_list(x->store, show, progress);
@@ -196,7 +204,7 @@ void ll_experiments_stop(ll_experiments *x)
         return;
     ll_status status = ll_workers_stop(x->workers);
     x->workers = NULL;
-    if (ll_failed(&status))
+    if (ll_failed(&status) && status.code != LL_IO) /* which was logged when it began */
         ll_log_write("error", "experiments", "%s", status.text);
 }
 
@@ -289,12 +297,42 @@ void ll_experiments_describe(ll_experiments *x, const ll_experiment_record *r, c
         cJSON_AddNullToObject(json, "left_s");
 }
 
+/* One line of the log when the store begins to fail and one when it works again, which is tried meanwhile. */
+static bool check_store(ll_experiments *x)
+{
+    ll_status why;
+    bool failing = ll_result_store_failing(x->store, &why);
+    if (failing && x->failing_since == 0) {
+        x->failing_since = ll_now_ns();
+        ll_log_write("error", "the store of experiments fails", "%s; experiments wait until it works again",
+                     why.text);
+    } else if (!failing && x->failing_since > 0) {
+        ll_log_write("warn", "the store of experiments works again", "It failed for %.1f s.",
+                     ll_to_s(ll_now_ns() - x->failing_since));
+        x->failing_since = 0;
+        if (x->workers)
+            ll_workers_notify(x->workers);
+    }
+    if (failing)
+        ll_result_store_try(x->store);
+    return !failing;
+}
+
 void ll_experiments_delete_expired(ll_experiments *x)
 {
     int64_t present;
     ll_status status = expire(x, &present);
-    if (ll_failed(&status))
+    if (ll_failed(&status) && status.code != LL_IO)
         ll_log_write("warn", "experiments", "%s", status.text);
+}
+
+void ll_experiments_tidy(ll_experiments *x)
+{
+    ll_time now = ll_now_ns();
+    if (!check_store(x) || now - x->expired_at < EXPIRE_EVERY_NS)
+        return;
+    x->expired_at = now;
+    ll_experiments_delete_expired(x);
 }
 
 /* Whether the results of another experiment fit: those stored, and those of its runs. */
@@ -408,8 +446,11 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
 
 ll_status ll_experiments_remove(ll_experiments *x, const char *id)
 {
+    ll_status status = ll_result_store_remove(x->store, id);
+    if (ll_failed(&status) && status.code != LL_NOT_FOUND)
+        return status;
     if (atomic_load(&x->progress))
         ll_progress_remove(atomic_load(&x->progress), id);
     drop_creator(x, id);
-    return ll_result_store_remove(x->store, id);
+    return status;
 }

@@ -37,6 +37,9 @@ ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_re
                              ll_experiment_state state);
 /* Cancels experiments that have run too long, deletes expired ones, and counts those of class keys. */
 void ll_experiments_delete_expired(ll_experiments *experiments);
+/* The same now and then, by one thread, about once a second: which also tries the store if it fails, and logs
+ * that it began to or works again. */
+void ll_experiments_tidy(ll_experiments *experiments);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 
 /* Adds its progress to `json`: state, runs, done, rate_per_s and left_s. The rate is that of the stored runs

@@ -14,7 +14,7 @@
 #include "threads/clock.h"
 
 #define LOOK_EVERY_NS 250000000L
-#define EXPIRE_EVERY_NS (10 * LL_SECOND) /* interval of deleting expired experiments */
+#define TIDY_EVERY_NS LL_SECOND
 /* While it runs, also when no run has ended: the rate falls and the remaining time grows. */
 #define SEND_EVERY_NS (1000 * LL_MS)
 
@@ -136,7 +136,7 @@ static void *watch(void *context)
         }
         close_removed(p);
         wait_for_news(p);
-        if (p->stopping || ll_now_ns() - tidied < EXPIRE_EVERY_NS)
+        if (p->stopping || ll_now_ns() - tidied < TIDY_EVERY_NS)
             continue;
         pthread_mutex_unlock(&p->lock); /* removes deleted ones from the list */
         p->source.tidy(p->source.experiments);

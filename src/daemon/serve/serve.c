@@ -286,7 +286,8 @@ int ll_serve(const ll_serve_config *config)
     ll_access_close(&d->access);
     free(d);
     if (ll_failed(&status)) {
-        ll_log_write("error", "not everything was stored", "%s", status.text);
+        ll_log_write("error", "not everything was stored",
+                     "%s What was acknowledged is stored; clocks are where they were before.", status.text);
         return 1;
     }
     return 0;

@@ -12,6 +12,7 @@
 
 #include "base/assert.h"
 #include "daemon/store/internal.h"
+#include "experiment/store/read_only.h"
 
 enum { SCHEMA_VERSION = 1, BUSY_MS = 2000 };
 
@@ -43,11 +44,12 @@ typedef enum statement {
 } statement;
 
 struct ll_database {
-    char *directory;
+    char *directory, *path;
     int lock_file;
     int64_t highest_number;
-    sqlite3 *writer; /* of the writer thread */
+    sqlite3 *writer; /* of the writer thread; NULL: the files cannot be written, see `why` */
     sqlite3_stmt *prepared[STATEMENTS];
+    ll_status why;
     sqlite3 *reader;
     pthread_mutex_t reader_lock;
 };
@@ -165,6 +167,8 @@ static bool write_record(ll_database *database, const record *r)
 ll_status ll_database_commit(ll_database *database, const record *batch)
 {
     sqlite3 *db = database->writer;
+    if (!db)
+        return database->why;
     bool good = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK;
     for (const record *r = batch; r && good; r = r->next)
         good = write_record(database, r);
@@ -174,21 +178,6 @@ ll_status ll_database_commit(ll_database *database, const record *batch)
     if (!sqlite3_get_autocommit(db))
         sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
     return failed;
-}
-
-enum { SPARE = 64 << 10, MOST = 16 << 20 };
-
-/* Writes a row that no session has, and deletes it: its pages are there for what comes. */
-ll_status ll_database_try_room(ll_database *database, int64_t bytes)
-{
-    sqlite3 *db = database->writer;
-    char *sql = sqlite3_mprintf("INSERT OR REPLACE INTO class_keys VALUES(0, zeroblob(%lld));"
-                                "DELETE FROM class_keys WHERE session=0;",
-                                (long long)(bytes < MOST ? bytes : MOST) + SPARE);
-    bool good = sql && sqlite3_exec(db, sql, NULL, NULL, NULL) == SQLITE_OK;
-    ll_status status = good ? ll_ok() : failure(database, db, "Writing");
-    sqlite3_free(sql);
-    return status;
 }
 
 /* ---- opening ---- */
@@ -218,9 +207,11 @@ static ll_status take_lock(ll_database *database)
     char path[4096];
     snprintf(path, sizeof path, "%s/lock", database->directory);
     database->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    int why = errno;
+    if (database->lock_file < 0 && why == EROFS) /* what is there can be read */
+        database->lock_file = open(path, O_RDONLY | O_CLOEXEC);
     if (database->lock_file < 0)
-        return ll_error(LL_IO, "Cannot write to data directory %s: %s.", database->directory,
-                        strerror(errno));
+        return ll_error(LL_IO, "Cannot write to data directory %s: %s.", database->directory, strerror(why));
     if (flock(database->lock_file, LOCK_EX | LOCK_NB) != 0)
         return ll_error(LL_IO, "Data directory %s is in use by another laglab.", database->directory);
     return ll_ok();
@@ -258,41 +249,118 @@ static ll_status prepare_schema(ll_database *database)
         if (result != SQLITE_OK)
             return failure(database, db, "Creating");
     }
-    /* Takes the write lock once, so that a read-only disk is an error now and not at the first command. */
+    /* Takes the write lock once, so that a read-only disk is found now and not at the first command. */
     if (sqlite3_exec(db, "BEGIN IMMEDIATE; PRAGMA user_version=1; COMMIT;", NULL, NULL, NULL) != SQLITE_OK ||
         sqlite3_exec(db, later, NULL, NULL, NULL) != SQLITE_OK)
         return failure(database, db, "Writing");
-    int64_t highest = 0;
-    if (!read_number(db, "SELECT coalesce(max(number), 0) FROM sessions", &highest))
-        return failure(database, db, "Reading");
-    database->highest_number = highest;
     return ll_ok();
 }
 
-static ll_status open_files(ll_database *database)
+static ll_status open_writer(ll_database *database)
 {
-    char path[4096];
-    snprintf(path, sizeof path, "%s/laglab.db", database->directory);
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
-    if (sqlite3_open_v2(path, &database->writer, flags, NULL) != SQLITE_OK)
+    if (sqlite3_open_v2(database->path, &database->writer, flags, NULL) != SQLITE_OK)
         return failure(database, database->writer, "Opening");
     sqlite3_busy_timeout(database->writer, BUSY_MS);
     if (sqlite3_exec(database->writer, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
                      NULL) != SQLITE_OK)
         return failure(database, database->writer, "Opening");
-    ll_status status = prepare_schema(database);
-    for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
+    LL_TRY(prepare_schema(database));
+    for (int i = 0; i < STATEMENTS; i++) {
         if (sqlite3_prepare_v3(database->writer, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
                                &database->prepared[i], NULL) != SQLITE_OK)
-            status = failure(database, database->writer, "Opening");
+            return failure(database, database->writer, "Opening");
     }
-    if (ll_failed(&status))
-        return status;
-    if (sqlite3_open_v2(path, &database->reader, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
-        SQLITE_OK)
-        return failure(database, database->reader, "Opening");
-    sqlite3_busy_timeout(database->reader, BUSY_MS);
     return ll_ok();
+}
+
+static void close_writer(ll_database *database)
+{
+    for (int i = 0; i < STATEMENTS; i++) {
+        sqlite3_finalize(database->prepared[i]);
+        database->prepared[i] = NULL;
+    }
+    sqlite3_close(database->writer);
+    database->writer = NULL;
+}
+
+static void close_reader(ll_database *database)
+{
+    sqlite3_close(database->reader);
+    database->reader = NULL;
+}
+
+/* With a writer, another connection next to it. Without one by a connection that writes no file, no shared
+ * memory and no lock: the lock of the folder keeps other daemons away. */
+static ll_status open_reader(ll_database *database)
+{
+    int64_t version = 0;
+    ll_status status;
+    if (database->writer) {
+        int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
+        status = sqlite3_open_v2(database->path, &database->reader, flags, NULL) == SQLITE_OK
+                     ? ll_ok()
+                     : failure(database, database->reader, "Opening");
+        sqlite3_busy_timeout(database->reader, BUSY_MS);
+    } else {
+        status = ll_open_read_only(database->path, &database->reader)
+                     ? ll_ok()
+                     : failure(database, database->reader, "Reading");
+    }
+    if (!ll_failed(&status) &&
+        (!read_number(database->reader, "PRAGMA user_version", &version) || version == 0 ||
+         !read_number(database->reader, "SELECT coalesce(max(number), 0) FROM sessions",
+                      &database->highest_number)))
+        status = failure(database, database->reader, "Reading");
+    LL_THEN(status, check_version(database, version));
+    return status;
+}
+
+/* Without a writer when the files can only be read. On an error nothing is open. */
+static ll_status open_files(ll_database *database)
+{
+    bool sealed = access(database->path, W_OK) != 0 && errno != ENOENT; /* SQLite does not say why */
+    database->why = sealed ? ll_error(LL_IO, "Cannot write to %s: %s.", database->path, strerror(errno))
+                           : open_writer(database);
+    ll_status status = database->why;
+    bool readable = sealed || (ll_failed(&status) && ll_is_unwritable(database->writer));
+    if (ll_failed(&status))
+        close_writer(database);
+    if (readable || !ll_failed(&status)) {
+        ll_status opened = open_reader(database);
+        if (readable && !ll_failed(&opened))
+            return ll_ok();
+        if (!readable)
+            status = opened;
+    }
+    if (ll_failed(&status)) {
+        close_reader(database);
+        close_writer(database);
+    }
+    return status;
+}
+
+enum { SPARE = 64 << 10, MOST = 16 << 20 };
+
+/* Writes a row that no session has, and deletes it: its pages are there for what comes. */
+ll_status ll_database_try_room(ll_database *database, int64_t bytes)
+{
+    if (!database->writer) {
+        pthread_mutex_lock(&database->reader_lock);
+        close_reader(database);
+        ll_status status = open_files(database);
+        pthread_mutex_unlock(&database->reader_lock);
+        if (ll_failed(&status) || !database->writer)
+            return database->why;
+    }
+    sqlite3 *db = database->writer;
+    char *sql = sqlite3_mprintf("INSERT OR REPLACE INTO class_keys VALUES(0, zeroblob(%lld));"
+                                "DELETE FROM class_keys WHERE session=0;",
+                                (long long)(bytes < MOST ? bytes : MOST) + SPARE);
+    bool good = sql && sqlite3_exec(db, sql, NULL, NULL, NULL) == SQLITE_OK;
+    ll_status status = good ? ll_ok() : failure(database, db, "Writing");
+    sqlite3_free(sql);
+    return status;
 }
 
 /* ---- reading ---- */
@@ -442,13 +510,15 @@ ll_status ll_database_open(const char *directory, ll_database **result)
 {
     *result = NULL;
     ll_database *database = calloc(1, sizeof *database);
-    char *name = strdup(directory);
-    if (!database || !name) {
+    char *name = strdup(directory), *path = sqlite3_mprintf("%s/laglab.db", directory);
+    if (!database || !name || !path) {
         free(database);
         free(name);
+        sqlite3_free(path);
         return ll_error(LL_NO_MEMORY, "out of memory: store");
     }
     database->directory = name;
+    database->path = path;
     database->lock_file = -1;
     pthread_mutex_init(&database->reader_lock, NULL);
     ll_status status = make_directory(directory);
@@ -463,15 +533,19 @@ ll_status ll_database_open(const char *directory, ll_database **result)
 
 void ll_database_close(ll_database *database)
 {
-    for (int i = 0; i < STATEMENTS; i++)
-        sqlite3_finalize(database->prepared[i]);
-    sqlite3_close(database->reader);
-    sqlite3_close(database->writer);
+    close_reader(database);
+    close_writer(database);
     if (database->lock_file >= 0)
         close(database->lock_file);
     pthread_mutex_destroy(&database->reader_lock);
     free(database->directory);
+    sqlite3_free(database->path);
     free(database);
+}
+
+ll_status ll_database_writable(const ll_database *database)
+{
+    return database->writer ? ll_ok() : database->why;
 }
 
 int64_t ll_database_highest_number(const ll_database *database)

@@ -21,15 +21,18 @@ typedef struct ll_store_record {
 
 typedef struct ll_database ll_database;
 
-/* Of a folder, which is made if it is missing, with its lock. */
+/* Of a folder, which is made if it is missing, with its lock. What is there is read also where nothing can be
+ * written, as on a full or read-only disk. */
 ll_status ll_database_open(const char *directory, ll_database **database);
 void ll_database_close(ll_database *database);
+ll_status ll_database_writable(const ll_database *database);     /* when it was opened */
 int64_t ll_database_highest_number(const ll_database *database); /* of a row when it was opened; 0: none */
 
 /* By the writer thread. All or nothing; the same batch may be written again. */
 ll_status ll_database_commit(ll_database *database, const record *batch);
 
-/* By the writer thread: whether as many bytes, and some more, can be written. */
+/* By the writer thread: whether as many bytes, and some more, can be written. Opens for writing what could
+ * only be read. */
 ll_status ll_database_try_room(ll_database *database, int64_t bytes);
 
 /* As the functions of store.h. */

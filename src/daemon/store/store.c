@@ -214,6 +214,9 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     }
     store->database = database;
     store->next_number = ll_database_highest_number(database) + 1;
+    store->why = ll_database_writable(database);
+    log_change(store, &store->why);
+    store->failing = ll_failed(&store->why);
     pthread_mutex_init(&store->lock, NULL);
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/assert.h"
+#include "experiment/store/read_only.h"
 
 enum { SCHEMA = 3, BUSY_MS = 1000, ROWS_AT_ONCE = 256 };
 
@@ -45,7 +46,9 @@ struct ll_result_store {
     pthread_mutex_t lock; /* guards all members; one thread uses the connection at a time */
     ll_chunk claims[LL_CLAIMS_MAX];
     int claimed;
-    int64_t turn; /* number of the experiment of the last claim */
+    int64_t turn;      /* number of the experiment of the last claim */
+    ll_status written; /* of the last transaction that wrote */
+    bool read_only;    /* it could be opened for reading only */
     char path[512];
 };
 
@@ -129,25 +132,42 @@ static ll_status check_file(const char *path)
 }
 
 /* The lock of the file lasts until it is closed. So the log's index needs no shared memory, which network
- * file systems lack. */
-static ll_status open_database(ll_result_store *s)
+ * file systems lack. `unwritable`: on an error, whether it can perhaps be read. */
+static ll_status open_database(ll_result_store *s, bool *unwritable)
 {
-    LL_TRY(check_file(s->path));
-    if (sqlite3_open(s->path, &s->db) != SQLITE_OK)
-        return failure(s, "Opening");
+    ll_status status = check_file(s->path);
+    *unwritable = ll_failed(&status);
+    LL_TRY(status);
+    bool open = sqlite3_open(s->path, &s->db) == SQLITE_OK;
     sqlite3_busy_timeout(s->db, BUSY_MS);
-    if (sqlite3_exec(s->db,
-                     "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;"
-                     "BEGIN IMMEDIATE",
-                     NULL, NULL, NULL) != SQLITE_OK)
-        return failure(s, "Opening");
-    ll_status status = prepare_schema(s);
-    sqlite3_exec(s->db, ll_failed(&status) ? "ROLLBACK" : "COMMIT", NULL, NULL, NULL);
+    open = open && sqlite3_exec(s->db,
+                                "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL;"
+                                "PRAGMA synchronous=NORMAL; BEGIN IMMEDIATE",
+                                NULL, NULL, NULL) == SQLITE_OK;
+    status = open ? prepare_schema(s) : failure(s, "Opening");
+    *unwritable = ll_failed(&status) && ll_is_unwritable(s->db);
+    if (open)
+        sqlite3_exec(s->db, ll_failed(&status) ? "ROLLBACK" : "COMMIT", NULL, NULL, NULL);
     return status;
 }
 
-ll_status ll_result_store_open(const char *path, ll_result_store **store)
+/* After `why`, with which it could not be opened for writing. */
+static ll_status open_to_read(ll_result_store *s, const ll_status *why)
 {
+    sqlite3_stmt *q = NULL;
+    sqlite3_close(s->db);
+    bool good = ll_open_read_only(s->path, &s->db) &&
+                sqlite3_prepare_v2(s->db, "PRAGMA user_version", -1, &q, NULL) == SQLITE_OK &&
+                sqlite3_step(q) == SQLITE_ROW && sqlite3_column_int(q, 0) == SCHEMA;
+    sqlite3_finalize(q);
+    s->read_only = good;
+    s->written = *why;
+    return good ? ll_ok() : *why;
+}
+
+static ll_status open_store(const char *path, bool reads, ll_result_store **store)
+{
+    bool unwritable = false;
     ll_result_store *s = *store = calloc(1, sizeof *s);
     if (!s)
         return ll_error(LL_NO_MEMORY, "out of memory: store");
@@ -155,13 +175,25 @@ ll_status ll_result_store_open(const char *path, ll_result_store **store)
     snprintf(s->path, sizeof s->path, "%s", path);
     ll_status status =
         path[0] && strlen(path) < sizeof s->path
-            ? open_database(s)
+            ? open_database(s, &unwritable)
             : ll_field_error(LL_BAD_INPUT, "store", "store: name: must have 1 to 511 characters");
+    if (unwritable && reads)
+        status = open_to_read(s, &status);
     if (ll_failed(&status)) {
         ll_result_store_close(s);
         *store = NULL;
     }
     return status;
+}
+
+ll_status ll_result_store_open(const char *path, ll_result_store **store)
+{
+    return open_store(path, false, store);
+}
+
+ll_status ll_result_store_open_any(const char *path, ll_result_store **store)
+{
+    return open_store(path, true, store);
 }
 
 /* ---- statements ---- */
@@ -211,12 +243,45 @@ static bool begin(ll_result_store *s)
 /* Commits, or rolls back after a failure. */
 static ll_status end(ll_result_store *s, bool good, const char *doing)
 {
-    if (good && sqlite3_exec(s->db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK)
-        return ll_ok();
-    ll_status status = failure(s, doing);
+    good = good && sqlite3_exec(s->db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK;
+    s->written = good ? ll_ok() : failure(s, doing);
     if (!sqlite3_get_autocommit(s->db))
         sqlite3_exec(s->db, "ROLLBACK", NULL, NULL, NULL);
-    return status;
+    return s->written;
+}
+
+/* ---- whether it works ---- */
+
+bool ll_result_store_failing(ll_result_store *s, ll_status *why)
+{
+    enter(s);
+    ll_status written = s->written;
+    leave(s, ll_ok());
+    if (why)
+        *why = written;
+    return ll_failed(&written);
+}
+
+void ll_result_store_try(ll_result_store *s)
+{
+    bool unwritable = false;
+    enter(s);
+    if (s->read_only) {
+        sqlite3_close(s->db);
+        s->db = NULL;
+        s->written = open_database(s, &unwritable);
+        s->read_only = ll_failed(&s->written);
+        if (s->read_only)
+            open_to_read(s, &s->written);
+    }
+    ll_status status = s->written;
+    if (!s->read_only)
+        status = end(
+            s, begin(s) && done(query(s, "INSERT OR REPLACE INTO class_key VALUES('',zeroblob(65536))", "")),
+            "Writing");
+    if (!ll_failed(&status))
+        done(query(s, "DELETE FROM class_key WHERE id=''", ""));
+    leave(s, ll_ok());
 }
 
 /* ---- experiments ---- */
@@ -338,9 +403,11 @@ ll_status ll_result_store_list(ll_result_store *s,
 ll_status ll_result_store_set_state(ll_result_store *s, const char *id, ll_experiment_state state)
 {
     enter(s);
-    bool good = done(query(s, "UPDATE experiment SET state=?2 WHERE id=?1", "ti", id, (int64_t)state));
-    ll_status status = !good ? failure(s, "Writing") : sqlite3_changes(s->db) == 0 ? unknown(id) : ll_ok();
-    return leave(s, status);
+    bool good =
+        begin(s) && done(query(s, "UPDATE experiment SET state=?2 WHERE id=?1", "ti", id, (int64_t)state));
+    bool there = good && sqlite3_changes(s->db) > 0;
+    ll_status status = end(s, good, "Writing");
+    return leave(s, ll_failed(&status) || there ? status : unknown(id));
 }
 
 ll_status ll_result_store_remove(ll_result_store *s, const char *id)

@@ -45,7 +45,14 @@ typedef struct ll_chunk {
 
 /* `path`: a file, or `:memory:`. LL_IO: another process has it open. */
 ll_status ll_result_store_open(const char *path, ll_result_store **store);
+/* The same; a file that cannot be written, as on a full or read-only disk, is opened for reading. */
+ll_status ll_result_store_open_any(const char *path, ll_result_store **store);
 void ll_result_store_close(ll_result_store *store); /* NULL: no effect */
+
+/* Whether the last change could not be stored; `why` may be NULL. A change that fails changes nothing. */
+bool ll_result_store_failing(ll_result_store *store, ll_status *why);
+/* Writes and deletes a row of 64 KiB, and opens for writing what could only be read. */
+void ll_result_store_try(ll_result_store *store);
 
 /* Registers an experiment of this version of laglab, with its runs in chunks of `chunk`. Registering the same
  * id, specification and version again changes nothing: a resume. LL_CONFLICT: the id has another
