@@ -26,6 +26,7 @@ export const ROOMS = {
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
   autobahn: DAEMON,
+  suites: [...DAEMON, 'experiment'],
   validate: [...DAEMON, 'experiment'],
   page: [...DAEMON, 'www'],
   integrators: ['base', 'ode'],

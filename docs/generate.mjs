@@ -1054,6 +1054,68 @@ function autobahnDoc() {
   });
 }
 
+/** What came of the suites at the daemon's port: tables by their results. */
+function portDoc() {
+  const most = (/** @type {any[]} */ rows, /** @type {string} */ name) => Math.max(...rows.map((row) => Number(row[name])));
+  const ms = (/** @type {number} */ value) => String(Number(value.toPrecision(3)));
+  const unique = (/** @type {any[]} */ rows, /** @type {(row: any) => string} */ by) => [...new Set(rows.map(by))];
+  return {
+    suites: held('suites', 'bench/run suites', (rows) =>
+      table(
+        ['Suite', 'Way', 'Tried', 'Failed'],
+        rows.map((row) => [row.suite, row.way, `${whole(row.tried)} ${row.of}`, row.failed]),
+      ),
+    ),
+    validate: held('validate', 'bench/run validate', (rows) =>
+      table(
+        ['Operations', 'Answers', 'Judged by Prism', 'Kinds of answers (operation and status)', 'Violations'],
+        [
+          [
+            rows.length,
+            whole(sum(rows, 'answers')),
+            whole(sum(rows, 'judged')),
+            rows.reduce((total, row) => total + row.statuses.split(' ').filter(Boolean).length, 0),
+            sum(rows, 'violations'),
+          ],
+        ],
+      ),
+    ),
+    hostile: held('hostile', 'bench/run hostile', (rows) =>
+      table(
+        ['Four clients send', "p99 of others' requests, ms", 'without the attack', 'Frames off their interval, p99, ms', 'Idle after, s'],
+        unique(
+          rows.filter((row) => row.what !== 'sigterm'),
+          (row) => row.attack,
+        ).map((attack) => {
+          const of = rows.filter((row) => row.attack === attack && row.what !== 'sigterm'),
+            requests = of.filter((row) => !row.what.startsWith('frame'));
+          return [
+            code(attack),
+            ms(most(requests, 'p99_ms')),
+            ms(most(requests, 'alone_p99_ms')),
+            ms(
+              most(
+                of.filter((row) => row.what === 'frame_published'),
+                'p99_ms',
+              ),
+            ),
+            ms(most(of, 'idle_s')),
+          ];
+        }),
+      ),
+    ),
+    slow: held('slow', 'bench/run slow', (rows) =>
+      table(
+        ['Way', 'Session', 'A viewer reads a fifth of', 'Oldest frame that it saw, ms', 'Frames that fast viewers lost'],
+        unique(rows, (row) => `${row.way}\n${row.scenario}\n${row.reads}`).map((key) => {
+          const of = rows.filter((row) => `${row.way}\n${row.scenario}\n${row.reads}` === key);
+          return [...key.split('\n'), ms(most(of, 'slow_age_max_ms')), sum(of, 'fast_lost')];
+        }),
+      ),
+    ),
+  };
+}
+
 function crossDoc() {
   return held('cross', './dev cross', (rows) =>
     table(
@@ -1148,6 +1210,7 @@ export function generate(binary) {
         fuzz: fuzzDoc(),
         'other CPUs': crossDoc(),
         autobahn: autobahnDoc(),
+        ...portDoc(),
       }),
     ],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
