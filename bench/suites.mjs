@@ -1,5 +1,5 @@
-// Suites of requests that try the daemon's edges, straight and through the proxies of deploy/: operations at random, requests that two parsers
-// could read differently, and slow clients (slowhttptest, where it is installed). Figures for docs/trust.md; the goal is no failure.
+// Suites of requests that try the daemon's edges, straight and through the proxies of deploy/: operations at random, requests that two
+// parsers could read differently, and slow clients (slowhttptest, where it is installed). Figures for docs/trust.md; none should fail.
 import { spawn, spawnSync } from 'node:child_process';
 import { join } from 'node:path';
 import { startDaemon as daemonOfTests } from '../tests/lib/daemon.mjs';

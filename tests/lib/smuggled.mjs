@@ -66,7 +66,8 @@ async function recorder(port) {
 
 /**
  * What the two ends of a connection saw differently; undefined: nothing. A request whose head the daemon refuses gets an answer without its
- * number, which must be the last: what follows `Connection: close` is no answer to anybody (libmicrohttpd sends some of these heads twice).
+ * number, which must be the last: what follows `Connection: close` is no answer to any request.
+ * libmicrohttpd sends some of these heads twice.
  * @param {{asked: string, answered: string}} connection
  */
 export function disagreement({ asked, answered }) {
