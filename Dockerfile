@@ -6,7 +6,7 @@ ARG BASE=docker.io/library/debian:bookworm-slim@sha256:abd67ffcfa541b485a3dff598
 FROM ${BASE} AS build
 RUN apt-get update \
     && apt-get install -y --no-install-recommends gcc libc6-dev cmake ninja-build pkg-config nodejs npm python3 ca-certificates \
-        libmicrohttpd-dev libcjson-dev libsqlite3-dev libssl-dev zlib1g-dev \
+        libmicrohttpd-dev libwebsockets-dev libev-dev libcjson-dev libsqlite3-dev libssl-dev zlib1g-dev \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /laglab
 # Node has authorities of its own; these are the base's, with those that an own network needs.
@@ -23,7 +23,7 @@ RUN ./dev release \
 FROM ${BASE} AS runtime
 RUN apt-get update \
     && apt-get upgrade -y \
-    && apt-get install -y --no-install-recommends libmicrohttpd12 libcjson1 libsqlite3-0 libssl3 zlib1g \
+    && apt-get install -y --no-install-recommends libmicrohttpd12 libwebsockets17 libwebsockets-evlib-ev libcjson1 libsqlite3-0 libssl3 zlib1g \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/* /var/log/* \
     && install -d -o 10001 -g 10001 /data
 

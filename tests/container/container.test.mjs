@@ -117,7 +117,7 @@ test("its bill of materials has every package of the image, and the page's libra
   const purl = (/** @type {any} */ one) => one.externalRefs?.[0].referenceLocator ?? '';
   const debian = bill.packages.filter((/** @type {any} */ one) => purl(one).startsWith('pkg:deb/'));
   assert.deepEqual(debian.map((/** @type {any} */ one) => `${one.name} ${one.versionInfo}`).sort(), there);
-  for (const name of ['libmicrohttpd12', 'zlib1g', 'libssl3'])
+  for (const name of ['libmicrohttpd12', 'libwebsockets17', 'libwebsockets-evlib-ev', 'zlib1g', 'libssl3'])
     assert.ok(
       there.some((one) => one.startsWith(`${name} `)),
       name,

@@ -107,14 +107,11 @@ void ll_ws_flush(ll_ws *ws)
 }
 
 /* For the web server only, which shares code with the host. */
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
-                 size_t already_read_size, const struct ll_connection_limiter_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const struct ll_connection_limiter_pass *pass)
 {
     (void)ws;
     (void)upgrade;
-    (void)socket;
-    (void)already_read;
-    (void)already_read_size;
+    (void)fd;
     (void)pass;
 }
 

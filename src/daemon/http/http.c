@@ -225,7 +225,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     http_connection *watched = watched_of(connection);
     (void)code;
     *context = NULL;
-    if (watched != NULL && (exchange == NULL || exchange->offer == NULL)) {
+    if (watched != NULL && (exchange == NULL || !exchange->upgraded)) {
         ll_http_set_deadline(watched, http->config.idle_timeout_s);
         atomic_store_explicit(&watched->idle, true, memory_order_relaxed);
     }
@@ -236,10 +236,6 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
         http->app.done(http->app.context, &exchange->request, exchange->route, exchange->response.status,
                        (double)(ll_now_ns() - exchange->begin_ns) * 1e-9);
     }
-    if (exchange->upgrade != NULL) {
-        MHD_destroy_response(exchange->upgrade);
-    }
-    free(exchange->offer);
     atomic_fetch_sub(&http->answer_bytes, exchange->counted);
     ll_http_clear(&exchange->response);
     free_exchange(exchange);
@@ -354,6 +350,9 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
             return MHD_NO;
         }
         ll_http_begin(exchange, method, version);
+        if (exchange->upgraded) {
+            return MHD_NO;
+        }
         ll_http_deadline(exchange, http->config.body_timeout_s);
         if (answer_early(exchange)) {
             return ll_http_send(exchange);
@@ -399,8 +398,9 @@ static struct MHD_Daemon *start_daemon(ll_http *http)
         {threads > 1 ? MHD_OPTION_THREAD_POOL_SIZE : MHD_OPTION_END, (intptr_t)threads, NULL},
         {MHD_OPTION_END, 0, NULL},
     };
+    /* Without turbo the library would shut down a connection that it has passed on (upgrades). */
     unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC |
-                     MHD_USE_ERROR_LOG | MHD_ALLOW_UPGRADE | MHD_ALLOW_SUSPEND_RESUME;
+                     MHD_USE_ERROR_LOG | MHD_USE_TURBO | MHD_ALLOW_SUSPEND_RESUME;
     return MHD_start_daemon(flags, 0, NULL, NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, discard_log,
                             NULL, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
 }

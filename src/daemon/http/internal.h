@@ -1,5 +1,5 @@
 /* Shared by http.c (the library's callbacks), routes.c (selects the handler), dispatch.c (runs handlers),
- * files.c (the page), send.c (answers) and upgrade.c (upgrades on kept connections). */
+ * files.c (the page) and send.c (answers). */
 #pragma once
 
 #include <microhttpd.h>
@@ -43,9 +43,6 @@ typedef enum http_phase {
     HTTP_QUEUED,
 } http_phase;
 
-/* An upgrade that was announced to a client; freed when its request ends, successful or not. */
-typedef struct http_upgrade http_upgrade;
-
 /* A header's value that is not in the library's buffer as it is. */
 typedef struct http_value {
     struct http_value *next;
@@ -74,8 +71,7 @@ typedef struct http_exchange {
     enum { HTTP_ITS_ADDRESS, HTTP_OUR_DIGEST, HTTP_OTHER_DIGEST } named; /* see documents.h */
     bool cross_origin; /* an allowed foreign origin: may read the answer */
     int64_t begin_ns;
-    http_upgrade *offer;
-    struct MHD_Response *upgrade; /* status 101 */
+    bool upgraded; /* a stream thread has a copy of the socket: the library only closes its own */
     struct http_exchange *next_job;
     int64_t queued_ns; /* when it was queued for the pool */
     int64_t counted;   /* bytes counted in answer_bytes */
@@ -138,6 +134,3 @@ void ll_http_compress(http_exchange *exchange); /* compresses the answer if the 
                                                    compresses well */
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                     ...) __attribute__((format(printf, 5, 6)));
-
-/* Status 101 for a valid upgrade; NULL without memory. */
-struct MHD_Response *ll_http_accept_upgrade(ll_http *http, const ll_upgrade *upgrade, http_upgrade **offer);

@@ -1,8 +1,12 @@
 /* Routing of requests, and all refusals that need no handler. */
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/socket.h>
 
 #include "daemon/http/internal.h"
 
@@ -159,6 +163,24 @@ static enum MHD_Result add_header(void *closure, enum MHD_ValueKind kind, const 
     return MHD_YES;
 }
 
+/* Gives the streams a copy of the socket, and the connection's place; the library, which reads nothing of it
+ * any more, then closes its own. */
+static bool pass_on(http_exchange *exchange, const ll_upgrade *upgrade)
+{
+    http_connection *watched = exchange->watched;
+    int fd = watched != NULL ? fcntl(watched->fd, F_DUPFD_CLOEXEC, 0) : -1, on = 1, off = 0;
+    if (fd < 0) {
+        return false;
+    }
+    ll_http_set_deadline(watched, 0);
+    setsockopt(fd, IPPROTO_TCP, TCP_CORK, &off, sizeof off); /* the library corks it */
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    atomic_fetch_add(&exchange->http->upgrades, 1);
+    ll_ws_adopt(exchange->http->ws, upgrade, fd, &watched->pass);
+    watched->pass.valid = false;
+    return true;
+}
+
 /* Requests for a stream's path: an upgrade on a kept connection, or one that the acceptor refused. */
 static void begin_stream(http_exchange *exchange, bool http11)
 {
@@ -182,11 +204,12 @@ static void begin_stream(http_exchange *exchange, bool http11)
         status = 404;
     }
     if (!ll_failed(&error)) {
-        exchange->upgrade = ll_http_accept_upgrade(http, &upgrade, &exchange->offer);
-        if (exchange->upgrade != NULL) {
+        exchange->upgraded = pass_on(exchange, &upgrade);
+        if (exchange->upgraded) {
+            exchange->response.status = 101;
             return;
         }
-        error = ll_error(LL_LIMIT, "too many upgrades on kept connections");
+        error = ll_error(LL_LIMIT, "no descriptor is left for the stream");
         ll_http_problem_later(&exchange->response, request, 503, 5, &error);
         return;
     }

@@ -283,15 +283,6 @@ static bool count_answer(http_exchange *exchange)
 enum MHD_Result ll_http_send(http_exchange *exchange)
 {
     exchange->phase = HTTP_QUEUED;
-    if (exchange->upgrade != NULL) {
-        ll_http_deadline(exchange, 0);
-        MHD_add_response_header(exchange->upgrade, "X-Request-Id", exchange->request.id);
-        enum MHD_Result result = MHD_queue_response(exchange->connection, 101, exchange->upgrade);
-        MHD_destroy_response(exchange->upgrade);
-        exchange->upgrade = NULL;
-        exchange->response.status = 101;
-        return result;
-    }
     if (exchange->response.failed) {
         ll_http_clear(&exchange->response);
         ll_status error = ll_error(LL_NO_MEMORY, "out of memory: answer");

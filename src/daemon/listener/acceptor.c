@@ -162,7 +162,7 @@ static void hand_over(ll_acceptor *acceptor, pending_connection *a, const ll_upg
     }
     /* The head was only peeked at; now exactly its bytes are read. */
     if (recv(gone.fd, acceptor->head, head_size, MSG_DONTWAIT) == (ssize_t)head_size) {
-        ll_ws_adopt(acceptor->ws, upgrade, &(ll_ws_socket){.fd = gone.fd}, NULL, 0, &gone.pass);
+        ll_ws_adopt(acceptor->ws, upgrade, gone.fd, &gone.pass);
     } else {
         close(gone.fd);
         ll_connection_limiter_leave(acceptor->connection_limiter, &gone.pass);

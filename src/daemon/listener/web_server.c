@@ -21,15 +21,13 @@ struct ll_web_server {
     bool drained;
 };
 
-/* Not raised to the maximum, which is 10^9 in some containers: libraries size tables by it. */
+/* What the connections need, and not the maximum, which is 10^9 in some containers: libraries size tables by
+ * it, libwebsockets 16 bytes a descriptor for each stream thread. */
 static void set_descriptor_limit(const ll_web_server_config *config)
 {
     struct rlimit limit;
     rlim_t wanted = (rlim_t)config->max_connections + 1024;
-    if (getrlimit(RLIMIT_NOFILE, &limit) != 0) {
-        return;
-    }
-    if (limit.rlim_cur < wanted || limit.rlim_cur > 1000000) {
+    if (getrlimit(RLIMIT_NOFILE, &limit) == 0) {
         limit.rlim_cur = wanted < limit.rlim_max ? wanted : limit.rlim_max;
         setrlimit(RLIMIT_NOFILE, &limit);
     }

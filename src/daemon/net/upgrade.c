@@ -195,7 +195,7 @@ void ll_head_add(ll_head *head, ll_text name, ll_text value)
     for (size_t i = 0; i < sizeof once / sizeof *once; i++) {
         if (equals(name, once[i].name)) {
             head->twice = once[i].value->at != NULL ? once[i].name : head->twice;
-            *once[i].value = value;
+            *once[i].value = trim(value);
         }
     }
 }

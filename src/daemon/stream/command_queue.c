@@ -2,7 +2,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <unistd.h>
 
 #include "daemon/stream/internal.h"
 
@@ -16,15 +15,6 @@ void ll_ws_wake(ws_thread *thread)
 {
     if (!atomic_exchange(&thread->wake_pending, true)) {
         eventfd_write(thread->event_fd, 1);
-    }
-}
-
-void ll_ws_release(const ll_ws_socket *socket)
-{
-    if (socket->release != NULL) {
-        socket->release(socket->owner);
-    } else {
-        close(socket->fd);
     }
 }
 

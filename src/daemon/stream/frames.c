@@ -259,7 +259,7 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     if (viewer->frames.fresh) {
         viewer->frames.first_sent_ns = viewer->thread->now_ns;
         viewer->flow.window = BEGIN_WINDOW;
-        ll_ws_socket_ping(viewer);
+        ll_ws_socket_measure(viewer);
     }
     viewer->stream->wants_changed = true;
     viewer->frames.fresh = false;
@@ -307,7 +307,7 @@ static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_fra
     ws_repeated *last = &viewer->thread->repeated;
     if (!to->shared || !is_repeated(last, frame, to)) {
         message->size = 0;
-        message->failed = ll_buffer_grow(message, LL_FRAMING_HEAD_SPACE) == NULL;
+        message->failed = ll_buffer_grow(message, LWS_PRE) == NULL;
         ll_frame_write(frame, to, message);
         *last = (ws_repeated){.frame = message->failed ? NULL : frame,
                               .state = *to->state,
@@ -318,9 +318,9 @@ static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_fra
             return 0;
         }
     }
-    size_t size = message->size - LL_FRAMING_HEAD_SPACE;
-    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_HEAD_SPACE, size,
-                       to->format == LL_FRAME_JSON ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
+    size_t size = message->size - LWS_PRE;
+    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LWS_PRE, size,
+                       to->format == LL_FRAME_JSON ? LWS_WRITE_TEXT : LWS_WRITE_BINARY);
     return viewer->dead ? 0 : size;
 }
 

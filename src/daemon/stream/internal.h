@@ -1,14 +1,16 @@
-/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), output.c
- * and socket.c (bytes of a viewer, out and in), messages.c (messages to a viewer), frames.c (frames for a
- * viewer), viewer.c (life of a viewer), thread.c (the loop) and ws.c (any thread). Not for other rooms. */
+/* Shared by the files of this room, lower ones first: command_queue.c, registry.c (any thread), socket.c
+ * (what is sent to a viewer), messages.c (messages to a viewer), frames.c (frames for a viewer), viewer.c
+ * (life of a viewer), events.c (what libwebsockets calls), thread.c (the loop) and ws.c (any thread). Not for
+ * other rooms. */
 #pragma once
 
+#include <ev.h>
+#include <libwebsockets.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
 #include "daemon/net/config.h"
 #include "daemon/net/connection_limiter.h"
-#include "daemon/net/framing.h"
 #include "daemon/net/upgrade.h"
 #include "daemon/stream/pace.h"
 #include "daemon/stream/ws.h"
@@ -18,8 +20,7 @@
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
-#define WS_BUCKETS 4096      /* of the registry */
-#define WS_INPUT (64 * 1024) /* bytes read of a viewer in one turn; the rest in the next */
+#define WS_BUCKETS 4096 /* of the registry */
 
 /* A command to a stream's thread, or a text message to a viewer: everything that other threads hand over
  * except publications. */
@@ -38,13 +39,13 @@ typedef struct ws_command {
     ws_command_kind kind;
     ll_ws_viewer viewer;
     ll_ws_stream *stream;
-    int code;            /* for closing */
-    ll_ws_socket socket; /* for adopting; `text` has the bytes after the request */
+    int code; /* for closing */
+    int fd;   /* for adopting, as the next two members */
     ll_connection_limiter_pass pass;
     ll_upgrade upgrade;
     ll_ws_subscription subscription;
     size_t size;
-    unsigned char room[LL_FRAMING_HEAD_SPACE]; /* for the head of the frame */
+    unsigned char room[LWS_PRE]; /* for the head of the frame */
     unsigned char text[];
 } ws_command;
 
@@ -83,16 +84,6 @@ struct ll_ws_stream {
     bool wants_changed; /* since what viewers want was published last */
     bool closing;
 };
-
-/* Callbacks for events in a viewer's bytes; implemented by viewer.c. */
-typedef struct ws_receiver {
-    void (*piece)(ws_viewer *viewer, const ll_framing *piece);
-    void (*ping)(ws_viewer *viewer);
-    void (*pong)(ws_viewer *viewer);
-    void (*closed)(ws_viewer *viewer, int code); /* close frame; LL_FRAMING_NO_CODE: without a code */
-    void (*fault)(ws_viewer *viewer, int code, const char *reason); /* protocol error */
-    void (*writable)(ws_viewer *viewer);
-} ws_receiver;
 
 /* Which frames a viewer gets, and when. */
 typedef struct ws_viewer_frames {
@@ -137,25 +128,12 @@ typedef struct ws_viewer_closing {
     int code; /* not 0: closing, since `since_ns` */
     int64_t since_ns;
     char reason[120];
-    bool sent;         /* our close frame was written */
-    bool write_closed; /* and our half of the connection was closed */
+    bool hangs_up; /* for what it sends: our half is closed behind the close frame */
 } ws_viewer_closing;
-
-/* Bytes out. */
-typedef struct ws_viewer_output {
-    unsigned char *unsent; /* the socket was full */
-    size_t at, end, capacity;
-    unsigned char pong[LL_FRAMING_CONTROL_MAX]; /* payload of the last ping, to be sent back */
-    int pong_size;
-    bool pong_wanted;
-} ws_viewer_output;
 
 struct ws_viewer {
     ws_thread *thread;
-    const ws_receiver *receiver;
-    ll_ws_socket socket;
-    uint32_t events; /* that epoll is registered for */
-    ws_viewer *next_dead;
+    struct lws *wsi;
     ll_connection_limiter_pass pass;
     ll_upgrade upgrade;
     ll_ws_stream *stream;
@@ -165,13 +143,10 @@ struct ws_viewer {
     ws_viewer_frames frames;
     ws_viewer_flow flow;
     ws_viewer_messages messages;
-    ll_framing framing;
-    ws_viewer_output output;
     ws_viewer_closing closing;
-    bool ignores_input; /* after a fault or its close frame: input is read and discarded */
     int64_t received_ns, pinged_ns;
     int64_t measured_ns; /* when the ping that measures the round trip was sent; 0: none */
-    bool dead;           /* freed at the end of the turn */
+    bool dead;           /* cut; freed in the next turn */
 };
 
 /* The frame that was written last, for viewers that get the same bytes; during a distribution only. */
@@ -192,7 +167,11 @@ struct ws_thread {
     int index;
     pthread_t handle;
     bool started;
-    int epoll, event_fd;
+    int event_fd;
+    struct ev_loop *loop;
+    struct lws_context *context; /* serves this thread's viewers on the loop */
+    ev_io woken;
+    ev_timer sweep;
     atomic_bool wake_pending, drain;
 
     pthread_mutex_t lock; /* guards commands, dirty streams and their pending publications */
@@ -205,11 +184,10 @@ struct ws_thread {
     int slots;
     uint64_t serial;
     int sockets;
-    ws_viewer *first_dead;
-    unsigned char *input; /* WS_INPUT bytes */
+    ws_viewer *adopting; /* its connection is being made */
     ws_repeated repeated;
-    int64_t now_ns;    /* read once per turn */
-    ll_buffer message; /* the frame that was written last, behind LL_FRAMING_HEAD_SPACE bytes */
+    int64_t now_ns;    /* read once per turn, and for each message */
+    ll_buffer message; /* the frame that was written last, behind LWS_PRE bytes for its head */
     ws_counts counts;
 };
 
@@ -227,7 +205,6 @@ struct ll_ws {
 
 void ll_ws_count(atomic_ullong *counter, uint64_t n);
 void ll_ws_wake(ws_thread *thread);
-void ll_ws_release(const ll_ws_socket *socket); /* closes it, or returns it to its owner */
 ws_command *ll_ws_command_new(ws_command_kind kind, const char *text, size_t size); /* NULL without memory */
 bool ll_ws_submit(ws_thread *thread,
                   ws_command *command); /* false: it has stopped; the command stays the caller's */
@@ -238,24 +215,13 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
 void ll_ws_stream_free(ll_ws_stream *stream);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* without references; calls `released` */
 
-/* output.c: all on the viewer's thread. A failing socket marks its viewer as dead. Bytes that it does not
- * accept are kept. */
-void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size,
-                        ll_opcode opcode); /* LL_FRAMING_HEAD_SPACE bytes before `payload` are writable */
-bool ll_ws_socket_full(const ws_viewer *viewer);       /* bytes are kept: do not write */
-void ll_ws_socket_request_writable(ws_viewer *viewer); /* calls its receiver's `writable` soon */
-void ll_ws_socket_send_raw(ws_viewer *viewer, const unsigned char *bytes, size_t size); /* without a head */
-void ll_ws_socket_flush(ws_viewer *viewer);                                             /* sends kept bytes */
-void ll_ws_socket_set_epoll(ws_viewer *viewer, uint32_t events);
-void ll_ws_socket_fail(ws_viewer *viewer);
-
 /* socket.c: all on the viewer's thread. */
-bool ll_ws_socket_open(ws_viewer *viewer); /* registers it with epoll; writes the 101 if that is not done */
-void ll_ws_socket_event(ws_viewer *viewer, uint32_t events);
-void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size);  /* handles received bytes */
-void ll_ws_socket_ping(ws_viewer *viewer);                                     /* measures the round trip */
-void ll_ws_socket_send_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
-void ll_ws_socket_free(ws_viewer *viewer); /* the socket and its kept bytes */
+/* LWS_PRE bytes before `payload` are writable. What the socket does not take is copied. */
+void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, enum lws_write_protocol kind);
+bool ll_ws_socket_full(const ws_viewer *viewer); /* do not write: bytes wait, or a close frame */
+void ll_ws_socket_ping(ws_viewer *viewer);
+void ll_ws_socket_measure(ws_viewer *viewer); /* the round trip, by a ping; hook `pong` */
+void ll_ws_socket_cut(ws_viewer *viewer);     /* without a close frame */
 
 /* messages.c: all on the viewer's thread. */
 void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message);        /* takes ownership */
@@ -274,12 +240,21 @@ void ll_ws_viewer_release_sections(
     ws_viewer *viewer); /* releases its sections and wants; it is still in its stream */
 
 /* viewer.c: all on the viewer's thread. */
-extern const ws_receiver ll_ws_viewer_receiver;
+ws_viewer *ll_ws_viewer_of(ws_thread *thread, ll_ws_viewer handle);
+ws_viewer *ll_ws_viewer_new(ws_thread *thread, const ws_command *adopt); /* NULL without memory */
+void ll_ws_viewer_free(ws_viewer *viewer);
 void ll_ws_viewer_open(ws_viewer *viewer);
-void ll_ws_viewer_gone(ws_viewer *viewer);
-void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello); /* takes ownership */
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello);                /* takes ownership */
+void ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size); /* a piece of a message */
+void ll_ws_viewer_pong(ws_viewer *viewer);
+void ll_ws_viewer_writable(ws_viewer *viewer);
+void ll_ws_viewer_ends(ws_viewer *viewer, int code); /* nothing is sent any more: the library closes */
 void ll_ws_viewer_sweep(ws_viewer *viewer);
 void ll_ws_stream_release_if_done(ll_ws_stream *stream);
+
+/* events.c: all on the viewer's thread. */
+struct lws_context *ll_ws_context_new(ws_thread *thread); /* NULL: no plug-in for libev */
+void ll_ws_adopt_viewer(ws_thread *thread, const ws_command *command);
 
 /* thread.c */
 bool ll_ws_thread_prepare(ws_thread *thread);

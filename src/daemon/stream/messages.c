@@ -22,7 +22,7 @@ void ll_ws_messages_flush(ws_viewer *viewer)
 {
     while (viewer->messages.first != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
         ws_command *message = viewer->messages.first;
-        ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
+        ll_ws_socket_write(viewer, message->text, message->size, LWS_WRITE_TEXT);
         viewer->messages.first = message->next;
         viewer->messages.last = message->next != NULL ? viewer->messages.last : NULL;
         viewer->messages.count--;
@@ -75,7 +75,7 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     /* The close frame is sent after the messages. A viewer that does not read is cut off
      * (ll_ws_viewer_sweep). */
     viewer->closing.since_ns = viewer->thread->now_ns;
-    ll_ws_socket_request_writable(viewer);
+    lws_callback_on_writable(viewer->wsi);
 }
 
 void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)

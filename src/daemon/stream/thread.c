@@ -1,111 +1,29 @@
-/* A stream thread: its loop, and opening and closing of viewers.
+/* A stream thread: its loop, and its end.
  *
- * Every wait costs, and with many viewers data comes all the time: 60 acks per second from each. With more
- * than a few open sockets the thread therefore polls them at most once in POLL_INTERVAL_NS; in between it
- * only waits for publications, which it writes at once. */
+ * Every turn costs, and with many viewers data comes all the time: 60 acks per second from each. The thread
+ * therefore serves its sockets at most once in TURN_NS on average; in between it only waits for publications,
+ * which it writes at once. This also bounds what a viewer can cost that sends all it can: a turn reads little
+ * of each (events.c). Few sockets may be served ahead of time, so that a message is not delayed. */
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include "daemon/stream/internal.h"
 
-#define POLL_INTERVAL_NS INT64_C(4000000)
-#define POLL_MIN_SOCKETS 8
-#define SWEEP_NS INT64_C(250000000)
-#define EVENTS 256 /* handled in one turn */
-
-/* ---- viewers ---- */
-
-static ws_viewer *viewer_of(ws_thread *thread, ll_ws_viewer handle)
-{
-    int slot = (int)(handle & 0xffff);
-    ws_viewer *viewer = slot < thread->slots ? thread->slot[slot] : NULL;
-    return viewer != NULL && viewer->handle == handle ? viewer : NULL;
-}
-
-static bool give_handle(ws_thread *thread, ws_viewer *viewer)
-{
-    int slot = 0;
-    while (slot < thread->slots && thread->slot[slot] != NULL) {
-        slot++;
-    }
-    if (slot == thread->slots) {
-        int slots = thread->slots > 0 ? 2 * thread->slots : 64;
-        ws_viewer **grown = slots <= 65536 ? realloc(thread->slot, (size_t)slots * sizeof *grown) : NULL;
-        if (grown == NULL) {
-            return false;
-        }
-        memset(grown + thread->slots, 0, (size_t)(slots - thread->slots) * sizeof *grown);
-        thread->slot = grown;
-        thread->slots = slots;
-    }
-    thread->slot[slot] = viewer;
-    viewer->handle = ++thread->serial << 24 | (uint64_t)thread->index << 16 | (uint64_t)slot;
-    return true;
-}
-
-static void destroy_viewer(ws_viewer *viewer)
-{
-    ws_thread *thread = viewer->thread;
-    ll_ws_viewer_gone(viewer);
-    if (viewer->handle != 0) {
-        thread->slot[viewer->handle & 0xffff] = NULL;
-    }
-    ll_ws_socket_free(viewer);
-    ll_connection_limiter_leave(thread->ws->connection_limiter, &viewer->pass);
-    thread->sockets--;
-    free(viewer);
-}
-
-/* Before the end of a turn an event or a loop over a stream may still refer to them. */
-static void free_dead(ws_thread *thread)
-{
-    while (thread->first_dead != NULL) {
-        ws_viewer *viewer = thread->first_dead;
-        thread->first_dead = viewer->next_dead;
-        destroy_viewer(viewer);
-    }
-}
-
-static void adopt(ws_thread *thread, ws_command *command)
-{
-    ws_viewer *viewer = calloc(1, sizeof *viewer);
-    if (viewer == NULL) {
-        ll_ws_release(&command->socket);
-        ll_connection_limiter_leave(thread->ws->connection_limiter, &command->pass);
-        return;
-    }
-    viewer->thread = thread;
-    viewer->receiver = &ll_ws_viewer_receiver;
-    viewer->socket = command->socket;
-    viewer->pass = command->pass;
-    viewer->upgrade = command->upgrade;
-    viewer->received_ns = viewer->pinged_ns = thread->now_ns;
-    thread->sockets++;
-    if (!give_handle(thread, viewer) || !ll_ws_socket_open(viewer)) {
-        ll_ws_socket_fail(viewer);
-        return;
-    }
-    ll_ws_viewer_open(viewer);
-    ll_ws_socket_take(viewer, command->text, command->size);
-}
-
-bool ll_ws_thread_prepare(ws_thread *thread)
-{
-    struct epoll_event interest = {.events = EPOLLIN, .data.ptr = NULL};
-    thread->epoll = epoll_create1(EPOLL_CLOEXEC);
-    thread->input = malloc(WS_INPUT);
-    return thread->epoll >= 0 && thread->input != NULL &&
-           epoll_ctl(thread->epoll, EPOLL_CTL_ADD, thread->event_fd, &interest) == 0;
-}
+#define TURN_NS INT64_C(4000000)
+#define FEW_SOCKETS 8
+#define AHEAD_NS (10 * TURN_NS)
+#define SWEEP_S 0.25
 
 /* ---- the loop ---- */
 
-static void sweep(ws_thread *thread)
+static void sweep(struct ev_loop *loop, ev_timer *timer, int events)
 {
+    ws_thread *thread = ev_userdata(loop);
+    (void)timer, (void)events;
+    thread->now_ns = ll_now_ns();
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL) {
             ll_ws_viewer_sweep(thread->slot[i]);
@@ -124,11 +42,11 @@ static void close_stream(ll_ws_stream *stream, int code, const char *reason)
 
 static void run_command(ws_thread *thread, ws_command *command)
 {
-    ws_viewer *viewer = command->viewer != 0 ? viewer_of(thread, command->viewer) : NULL;
+    ws_viewer *viewer = command->viewer != 0 ? ll_ws_viewer_of(thread, command->viewer) : NULL;
     bool present = viewer != NULL && viewer->stream != NULL;
     switch (command->kind) {
     case WS_COMMAND_ADOPT:
-        adopt(thread, command);
+        ll_ws_adopt_viewer(thread, command);
         break;
     case WS_COMMAND_CLOSE_STREAM:
         close_stream(command->stream, command->code, (const char *)command->text);
@@ -146,7 +64,7 @@ static void run_command(ws_thread *thread, ws_command *command)
         break;
     case WS_COMMAND_PING:
         if (present) {
-            ll_ws_socket_ping(viewer);
+            ll_ws_socket_measure(viewer);
         }
         break;
     case WS_COMMAND_SUBSCRIBE:
@@ -201,40 +119,35 @@ static void process_pending(ws_thread *thread)
     }
 }
 
-static void clear_wake(ws_thread *thread)
+static void clear_wake(struct ev_loop *loop, ev_io *event, int events)
 {
     eventfd_t value;
-    eventfd_read(thread->event_fd, &value);
+    (void)loop, (void)events;
+    eventfd_read(event->fd, &value);
 }
 
 /* Sleeps until a wake-up or `until_ns`. */
 static void wait_until(ws_thread *thread, int64_t until_ns)
 {
-    int64_t left = until_ns - ll_now_ns();
-    if (left > 0) {
-        struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
-        struct timespec time = {.tv_nsec = left < POLL_INTERVAL_NS ? left : POLL_INTERVAL_NS};
-        ppoll(&event, 1, &time, NULL);
+    struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
+    struct timespec time = {.tv_nsec = until_ns - thread->now_ns};
+    if (ppoll(&event, 1, &time, NULL) > 0) {
+        clear_wake(thread->loop, &thread->woken, 0);
     }
-    clear_wake(thread);
 }
 
-/* Handles socket events. `wait_ns`: longest wait for the first. */
-static void serve_sockets(ws_thread *thread, int64_t wait_ns)
+bool ll_ws_thread_prepare(ws_thread *thread)
 {
-    struct epoll_event events[EVENTS];
-    int wait_ms = wait_ns < 0 ? -1 : (int)((wait_ns + 999999) / 1000000);
-    int count = epoll_wait(thread->epoll, events, EVENTS, wait_ms);
-    thread->now_ns = ll_now_ns();
-    for (int i = 0; i < count; i++) {
-        ws_viewer *viewer = events[i].data.ptr;
-        if (viewer != NULL) {
-            ll_ws_socket_event(viewer, events[i].events);
-            thread->now_ns = ll_now_ns(); /* acks are timed by it */
-        } else {
-            clear_wake(thread);
-        }
+    thread->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    thread->loop = thread->event_fd >= 0 ? ev_loop_new(EVBACKEND_EPOLL | EVFLAG_NOENV) : NULL;
+    if (thread->loop == NULL) {
+        return false;
     }
+    ev_set_userdata(thread->loop, thread);
+    ev_io_init(&thread->woken, clear_wake, thread->event_fd, EV_READ);
+    ev_io_start(thread->loop, &thread->woken);
+    ev_timer_init(&thread->sweep, sweep, SWEEP_S, SWEEP_S);
+    return true;
 }
 
 static void send_close_frame(ws_thread *thread)
@@ -257,7 +170,7 @@ static void finish(ws_thread *thread)
     for (ws_command *next; command != NULL; command = next) {
         next = command->next;
         if (command->kind == WS_COMMAND_ADOPT) {
-            ll_ws_release(&command->socket);
+            close(command->fd);
             ll_connection_limiter_leave(thread->ws->connection_limiter, &command->pass);
         } else if (command->kind == WS_COMMAND_CLOSE_STREAM) {
             command->stream->closing = true;
@@ -265,21 +178,28 @@ static void finish(ws_thread *thread)
         }
         free(command);
     }
-    for (int i = 0; i < thread->slots; i++) {
-        if (thread->slot[i] != NULL) {
-            ll_ws_socket_fail(thread->slot[i]);
-        }
-    }
-    free_dead(thread);
+    lws_context_destroy(thread->context); /* frees all viewers */
+    thread->context = NULL;
     free(thread->slot);
     thread->slot = NULL;
     thread->slots = 0;
 }
 
+/* One turn, which waits for the first event. */
+static void serve_sockets(ws_thread *thread)
+{
+    if (thread->sockets > 0) {
+        ev_timer_start(thread->loop, &thread->sweep);
+    } else {
+        ev_timer_stop(thread->loop, &thread->sweep);
+    }
+    ev_run(thread->loop, EVRUN_ONCE);
+}
+
 void *ll_ws_thread_main(void *argument)
 {
     ws_thread *thread = argument;
-    int64_t served_ns = 0, swept_ns = 0, end_ns = 0;
+    int64_t due_ns = 0, end_ns = 0; /* of the next turn; of the thread */
     pthread_setname_np(pthread_self(), "stream");
     for (;;) {
         if (atomic_load(&thread->wake_pending)) {
@@ -290,21 +210,16 @@ void *ll_ws_thread_main(void *argument)
             end_ns = ll_now_ns() + (int64_t)(thread->ws->config.drain_s * 1e9);
         }
         thread->now_ns = ll_now_ns();
-        if (thread->sockets > 0 && thread->now_ns - swept_ns >= SWEEP_NS) {
-            swept_ns = thread->now_ns;
-            sweep(thread);
-        }
-        free_dead(thread);
         if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
             break;
         }
-        if (thread->sockets > POLL_MIN_SOCKETS && thread->now_ns < served_ns + POLL_INTERVAL_NS) {
-            wait_until(thread, served_ns + POLL_INTERVAL_NS);
+        int64_t begin_ns = due_ns - (thread->sockets > FEW_SOCKETS ? 0 : AHEAD_NS);
+        if (thread->now_ns < begin_ns) {
+            wait_until(thread, begin_ns);
             continue;
         }
-        served_ns = thread->now_ns;
-        serve_sockets(thread, thread->sockets == 0 ? -1 : swept_ns + SWEEP_NS - thread->now_ns);
-        free_dead(thread);
+        due_ns = (due_ns > thread->now_ns ? due_ns : thread->now_ns) + TURN_NS;
+        serve_sockets(thread);
     }
     finish(thread);
     return NULL;

@@ -33,23 +33,9 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_command *hello)
     }
 }
 
-static void writable(ws_viewer *viewer)
+void ll_ws_viewer_writable(ws_viewer *viewer)
 {
     ll_ws_messages_flush(viewer);
-    if (viewer->messages.first != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->closing.sent) {
-        return;
-    }
-    if (viewer->closing.code != 0) {
-        ll_ws_socket_send_close(viewer, viewer->closing.code, viewer->closing.reason);
-        return;
-    }
-    if (viewer->output.pong_wanted) {
-        unsigned char bytes[LL_FRAMING_HEAD_SPACE + LL_FRAMING_CONTROL_MAX];
-        memcpy(bytes + LL_FRAMING_HEAD_SPACE, viewer->output.pong, (size_t)viewer->output.pong_size);
-        viewer->output.pong_wanted = false;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, (size_t)viewer->output.pong_size,
-                           LL_OPCODE_PONG);
-    }
     ll_ws_viewer_send_newest(viewer);
 }
 
@@ -106,7 +92,7 @@ static bool within_rate(ws_viewer *viewer, size_t size)
 static void refuse_message(ws_viewer *viewer, int code, const char *reason)
 {
     ll_ws_count(&viewer->thread->counts.closed_policy, 1);
-    viewer->ignores_input = true;
+    viewer->closing.hangs_up = true;
     ll_ws_viewer_close(viewer, code, reason);
 }
 
@@ -135,43 +121,27 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     }
 }
 
-static void limit_control_frames(ws_viewer *viewer)
+void ll_ws_viewer_pong(ws_viewer *viewer)
 {
-    if (viewer->stream != NULL && viewer->closing.code == 0 && !within_rate(viewer, 0)) {
-        refuse_rate(viewer);
-    }
-}
-
-/* Reads the time again: the turn's is from before its other sockets were served. */
-static void pong(ws_viewer *viewer)
-{
-    limit_control_frames(viewer);
-    viewer->flow.answered = true;
-    if (viewer->measured_ns == 0 || viewer->stream == NULL || viewer->closing.code != 0) {
+    if (viewer->stream == NULL || viewer->closing.code != 0) {
         return;
     }
-    int64_t round_trip = ll_now_ns() - viewer->measured_ns;
-    viewer->measured_ns = 0;
-    if (hooks_of(viewer)->pong != NULL) {
-        hooks_of(viewer)->pong(hooks_of(viewer)->context, viewer->stream->session, viewer->handle,
-                               round_trip);
+    viewer->flow.answered = true;
+    if (!within_rate(viewer, 0)) {
+        refuse_rate(viewer);
+    } else if (viewer->measured_ns != 0) {
+        int64_t round_trip = viewer->received_ns - viewer->measured_ns;
+        viewer->measured_ns = 0;
+        if (hooks_of(viewer)->pong != NULL) {
+            hooks_of(viewer)->pong(hooks_of(viewer)->context, viewer->stream->session, viewer->handle,
+                                   round_trip);
+        }
     }
 }
 
-/* RFC 6455 5.5.3: of several pings only the last needs a pong, so pings that queue while the socket is full
- * take no memory. */
-static void ping(ws_viewer *viewer)
+static bool keep_piece(ws_viewer *viewer, const char *bytes, size_t more)
 {
-    limit_control_frames(viewer);
-    if (viewer->closing.code == 0) {
-        viewer->output.pong_wanted = true;
-        writable(viewer);
-    }
-}
-
-static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
-{
-    size_t size = viewer->messages.received_size + piece->size;
+    size_t size = viewer->messages.received_size + more;
     if (size + 1 > viewer->messages.received_capacity) {
         size_t capacity = size < 256 ? 256 : 2 * size;
         char *grown = realloc(viewer->messages.received, capacity);
@@ -182,31 +152,35 @@ static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
         viewer->messages.received_capacity = capacity;
     }
     LL_ASSERT(size < viewer->messages.received_capacity); /* and a terminator */
-    memcpy(viewer->messages.received + viewer->messages.received_size, piece->bytes, piece->size);
+    if (more > 0) {
+        memcpy(viewer->messages.received + viewer->messages.received_size, bytes, more);
+    }
     viewer->messages.received_size = size;
     return true;
 }
 
-static void receive(ws_viewer *viewer, const ll_framing *piece)
+void ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size)
 {
     size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
+    bool last = lws_is_final_fragment(viewer->wsi) != 0,
+         ends_frame = lws_remaining_packet_payload(viewer->wsi) == 0;
     char text[100];
-    if (viewer->stream == NULL || viewer->closing.code != 0) {
+    if (viewer->stream == NULL || viewer->closing.code != 0 || viewer->dead) {
         return; /* it is closing: ignore its messages */
     }
-    if (piece->first) {
+    if (lws_is_first_fragment(viewer->wsi) != 0) {
         viewer->messages.received_size = 0;
     }
-    if (piece->binary) {
+    if (lws_frame_is_binary(viewer->wsi) != 0) {
         refuse_message(viewer, LL_WS_UNSUPPORTED, "messages: must be text");
-    } else if (viewer->messages.received_size + piece->size > limit) {
+    } else if (viewer->messages.received_size + size > limit) {
         snprintf(text, sizeof text, "message: must have at most %zu bytes (max_message_bytes)", limit);
         refuse_message(viewer, LL_WS_TOO_BIG, text);
-    } else if (!piece->last && !within_rate(viewer, piece->size)) {
+    } else if (ends_frame && !last && !within_rate(viewer, 0)) {
         refuse_rate(viewer); /* empty fragments cost as much as messages */
-    } else if (!keep_piece(viewer, piece)) {
+    } else if (!keep_piece(viewer, bytes, size)) {
         ll_ws_viewer_close(viewer, 1011, "out of memory: message");
-    } else if (piece->last) {
+    } else if (last) {
         viewer->messages.received[viewer->messages.received_size] = '\0';
         take_message(viewer, viewer->messages.received, viewer->messages.received_size);
         viewer->messages.received_size = 0;
@@ -214,6 +188,95 @@ static void receive(ws_viewer *viewer, const ll_framing *piece)
 }
 
 /* ---- opening and closing ---- */
+
+ws_viewer *ll_ws_viewer_of(ws_thread *thread, ll_ws_viewer handle)
+{
+    int slot = (int)(handle & 0xffff);
+    ws_viewer *viewer = slot < thread->slots ? thread->slot[slot] : NULL;
+    return viewer != NULL && viewer->handle == handle ? viewer : NULL;
+}
+
+static bool give_handle(ws_thread *thread, ws_viewer *viewer)
+{
+    int slot = 0;
+    while (slot < thread->slots && thread->slot[slot] != NULL) {
+        slot++;
+    }
+    if (slot == thread->slots) {
+        int slots = thread->slots > 0 ? 2 * thread->slots : 64;
+        ws_viewer **grown = slots <= 65536 ? realloc(thread->slot, (size_t)slots * sizeof *grown) : NULL;
+        if (grown == NULL) {
+            return false;
+        }
+        memset(grown + thread->slots, 0, (size_t)(slots - thread->slots) * sizeof *grown);
+        thread->slot = grown;
+        thread->slots = slots;
+    }
+    thread->slot[slot] = viewer;
+    viewer->handle = ++thread->serial << 24 | (uint64_t)thread->index << 16 | (uint64_t)slot;
+    return true;
+}
+
+void ll_ws_stream_release_if_done(ll_ws_stream *stream)
+{
+    if (stream->closing && stream->first == NULL) {
+        ll_ws_stream_destroy(stream);
+    }
+}
+
+static void leave_stream(ws_viewer *viewer)
+{
+    ll_ws_stream *stream = viewer->stream;
+    ll_ws_messages_drop(viewer);
+    free(viewer->messages.received);
+    viewer->messages.received = NULL;
+    viewer->messages.received_capacity = 0;
+    if (stream == NULL) {
+        return;
+    }
+    ll_ws_viewer_release_sections(viewer);
+    if (viewer->frames.ready) {
+        atomic_fetch_sub(&stream->viewers, 1);
+        atomic_fetch_sub(&stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
+    }
+    if (viewer->next != NULL) {
+        viewer->next->previous = viewer->previous;
+    }
+    *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
+    viewer->stream = NULL;
+    stream->viewer_count--;
+    LL_ASSERT((stream->viewer_count == 0) == (stream->first == NULL));
+    atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
+    if (hooks_of(viewer)->closed != NULL) {
+        hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
+    }
+    ll_ws_stream_release_if_done(stream);
+}
+
+ws_viewer *ll_ws_viewer_new(ws_thread *thread, const ws_command *adopt)
+{
+    ws_viewer *viewer = calloc(1, sizeof *viewer);
+    if (viewer == NULL || !give_handle(thread, viewer)) {
+        free(viewer);
+        return NULL;
+    }
+    viewer->thread = thread;
+    viewer->pass = adopt->pass;
+    viewer->upgrade = adopt->upgrade;
+    viewer->received_ns = viewer->pinged_ns = thread->now_ns;
+    thread->sockets++;
+    return viewer;
+}
+
+void ll_ws_viewer_free(ws_viewer *viewer)
+{
+    ws_thread *thread = viewer->thread;
+    leave_stream(viewer);
+    thread->slot[viewer->handle & 0xffff] = NULL;
+    ll_connection_limiter_leave(thread->ws->connection_limiter, &viewer->pass);
+    thread->sockets--;
+    free(viewer);
+}
 
 void ll_ws_viewer_open(ws_viewer *viewer)
 {
@@ -249,71 +312,22 @@ void ll_ws_viewer_open(ws_viewer *viewer)
                              viewer->upgrade.format);
 }
 
-void ll_ws_stream_release_if_done(ll_ws_stream *stream)
+void ll_ws_viewer_ends(ws_viewer *viewer, int code)
 {
-    if (stream->closing && stream->first == NULL) {
-        ll_ws_stream_destroy(stream);
+    if (viewer->closing.code == 0) {
+        viewer->closing.code = code;
+        viewer->closing.since_ns = viewer->thread->now_ns;
     }
+    leave_stream(viewer);
 }
-
-void ll_ws_viewer_gone(ws_viewer *viewer)
-{
-    ll_ws_stream *stream = viewer->stream;
-    ll_ws_messages_drop(viewer);
-    free(viewer->messages.received);
-    viewer->messages.received = NULL;
-    viewer->messages.received_capacity = 0;
-    if (stream == NULL) {
-        return;
-    }
-    ll_ws_viewer_release_sections(viewer);
-    if (viewer->frames.ready) {
-        atomic_fetch_sub(&stream->viewers, 1);
-        atomic_fetch_sub(&stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
-    }
-    if (viewer->next != NULL) {
-        viewer->next->previous = viewer->previous;
-    }
-    *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
-    viewer->stream = NULL;
-    stream->viewer_count--;
-    LL_ASSERT((stream->viewer_count == 0) == (stream->first == NULL));
-    atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
-    if (hooks_of(viewer)->closed != NULL) {
-        hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
-    }
-    ll_ws_stream_release_if_done(stream);
-}
-
-/* Sends nothing after our close frame, which answers the viewer's. */
-static void on_close_frame(ws_viewer *viewer, int code)
-{
-    if (viewer->closing.sent) {
-        return;
-    }
-    ll_ws_messages_drop(viewer);
-    viewer->closing.code = code;
-    viewer->closing.since_ns = viewer->thread->now_ns;
-    ll_ws_viewer_gone(viewer);
-    ll_ws_socket_send_close(viewer, code, "");
-}
-
-const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
-                                           .ping = ping,
-                                           .pong = pong,
-                                           .closed = on_close_frame,
-                                           .fault = ll_ws_viewer_close,
-                                           .writable = writable};
 
 static void check_alive(ws_viewer *viewer)
 {
-    unsigned char bytes[LL_FRAMING_HEAD_SPACE];
     int64_t now = viewer->thread->now_ns, silent = now - viewer->received_ns;
     if (silent > IDLE_TIMEOUT_NS) {
-        ll_ws_socket_fail(viewer);
+        ll_ws_socket_cut(viewer);
     } else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer)) {
-        viewer->pinged_ns = now;
-        ll_ws_socket_write(viewer, bytes + LL_FRAMING_HEAD_SPACE, 0, LL_OPCODE_PING);
+        ll_ws_socket_ping(viewer);
     }
 }
 
@@ -338,7 +352,7 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
     }
     if (viewer->closing.code != 0) {
         if (now - viewer->closing.since_ns > CLOSE_TIMEOUT_NS) {
-            ll_ws_socket_fail(viewer);
+            ll_ws_socket_cut(viewer);
         }
         return;
     }

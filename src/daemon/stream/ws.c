@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include "base/assert.h"
@@ -145,21 +144,19 @@ void ll_ws_flush(ll_ws *ws)
 
 /* ---- for the web server ---- */
 
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
-                 size_t already_read_size, const ll_connection_limiter_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const ll_connection_limiter_pass *pass)
 {
-    ws_thread *thread = ll_ws_thread_of(ws, upgrade->id);
-    ws_command *command = ll_ws_command_new(WS_COMMAND_ADOPT, already_read, already_read_size);
+    ws_command *command = ll_ws_command_new(WS_COMMAND_ADOPT, NULL, 0);
     if (command != NULL) {
-        command->socket = *socket;
+        command->fd = fd;
         command->pass = *pass;
         command->upgrade = *upgrade;
-        if (ll_ws_submit(thread, command)) {
+        if (ll_ws_submit(ll_ws_thread_of(ws, upgrade->id), command)) {
             return;
         }
     }
     free(command);
-    ll_ws_release(socket);
+    close(fd);
     ll_connection_limiter_leave(ws->connection_limiter, pass);
 }
 
@@ -181,15 +178,19 @@ ll_ws_stats ll_ws_get_stats(ll_ws *ws)
     return stats;
 }
 
-static bool start_thread(ll_ws *ws, int index)
+static ll_status start_thread(ws_thread *thread)
 {
-    ws_thread *thread = &ws->thread[index];
-    thread->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (thread->event_fd < 0 || !ll_ws_thread_prepare(thread)) {
-        return false;
+    if (!ll_ws_thread_prepare(thread)) {
+        return ll_error(LL_IO, "cannot start stream thread: %s", strerror(errno));
+    }
+    thread->context = ll_ws_context_new(thread);
+    if (thread->context == NULL) {
+        return ll_error(LL_IO,
+                        "cannot start stream thread: libwebsockets finds no plug-in for libev; it is in "
+                        "Debian's package libwebsockets-evlib-ev");
     }
     thread->started = pthread_create(&thread->handle, NULL, ll_ws_thread_main, thread) == 0;
-    return thread->started;
+    return thread->started ? ll_ok() : ll_error(LL_IO, "cannot start stream thread");
 }
 
 ll_status ll_ws_start(const ll_web_server_config *config, ll_connection_limiter *connection_limiter,
@@ -205,12 +206,12 @@ ll_status ll_ws_start(const ll_web_server_config *config, ll_connection_limiter 
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);
     for (int i = 0; i < threads; i++) {
-        ws->thread[i] = (ws_thread){.ws = ws, .index = i, .epoll = -1, .event_fd = -1};
+        ws->thread[i] = (ws_thread){.ws = ws, .index = i, .event_fd = -1};
         pthread_mutex_init(&ws->thread[i].lock, NULL);
     }
     for (int i = 0; i < threads; i++) {
-        if (!start_thread(ws, i)) {
-            ll_status error = ll_error(LL_IO, "cannot start stream thread: %s", strerror(errno));
+        ll_status error = start_thread(&ws->thread[i]);
+        if (ll_failed(&error)) {
             ll_ws_drain(ws, 0);
             ll_ws_free(ws);
             return error;
@@ -250,13 +251,15 @@ void ll_ws_free(ll_ws *ws)
     }
     for (int i = 0; i < ws->threads; i++) {
         ws_thread *thread = &ws->thread[i];
+        if (thread->context != NULL) { /* it was not started */
+            lws_context_destroy(thread->context);
+        }
+        if (thread->loop != NULL) {
+            ev_loop_destroy(thread->loop);
+        }
         if (thread->event_fd >= 0) {
             close(thread->event_fd);
         }
-        if (thread->epoll >= 0) {
-            close(thread->epoll);
-        }
-        free(thread->input);
         free(thread->message.bytes);
         pthread_mutex_destroy(&thread->lock);
     }

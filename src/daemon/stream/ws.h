@@ -6,8 +6,8 @@
  * that it subscribed to, at its rates, as deltas to what it was sent last: WebSocket is reliable and ordered,
  * so that a base always arrives before its delta. A viewer that has acknowledged once has at most
  * LL_FRAME_WINDOW frames in flight and then gets the newest; one that never did is limited by its socket. A
- * viewer that misses too many frames gets them at a lower rate (pace.h). Framing (framing.h), acks, pings,
- * message size and message rate are handled here.
+ * viewer that misses too many frames gets them at a lower rate (pace.h). libwebsockets shakes hands and reads
+ * and writes frames; acks, the times of pings, message size and message rate are handled here.
  *
  * Opening of a viewer: hook `opened` -> hosting calls ll_ws_hello, at once or later, from any thread -> hello
  * is sent -> its subscription (after a second without one, the channels that are drawn) counts in
@@ -136,18 +136,9 @@ ll_status ll_ws_start(const struct ll_web_server_config *config,
                       struct ll_connection_limiter *connection_limiter, ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade); /* whether the stream is open */
 
-/* A socket whose valid upgrade request has been read. */
-typedef struct ll_ws_socket {
-    int fd;
-    bool answered;                /* true: its 101 was sent; false: it is sent here */
-    void (*release)(void *owner); /* called instead of close(fd): the socket is owned by another library */
-    void *owner;
-} ll_ws_socket;
-
-/* Takes over a socket, with the `already_read` bytes that were read after its request (copied). The streams
- * own socket and `pass` from here on. */
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *already_read,
-                 size_t already_read_size, const struct ll_connection_limiter_pass *pass);
+/* Takes over a socket whose upgrade was checked, and whose head has been read; the answer is sent here. The
+ * streams own `fd` and `pass` from here on. */
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const struct ll_connection_limiter_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */

@@ -265,14 +265,20 @@ static void test_first_ping(void **state)
 {
     (void)state;
     int fd = open_with_hello("s2", BIN), frames = 0, pings = 0;
+    unsigned char payload[125];
+    size_t size = 0;
     test_sleep(1); /* reads nothing, as on a slow line */
     while (viewer_piece(fd, &frame, 0.3)) {
-        pings += frame.opcode == 9;
+        if (frame.opcode == 9) {
+            pings++;
+            size = frame.size;
+            memcpy(payload, frame.bytes, size);
+        }
         frames += frame.opcode == 2;
     }
     assert_int_equal(frames, 3);
     assert_int_equal(pings, 1);
-    viewer_send(fd, 0x8a, NULL, 0);
+    viewer_send(fd, 0x8a, payload, size);
     for (int i = 0; i < 30; i++) {
         assert_true(viewer_read(fd, &frame, 1));
         assert_int_equal(frame.opcode, 2);
@@ -496,7 +502,8 @@ static void test_kept_refusals(void **state)
     }
 }
 
-/* The request, the upgrade and the first message in one segment: no byte is lost on the way. */
+/* The upgrade and the first message in one segment: no byte is lost on the way. On a kept connection
+ * libmicrohttpd has read what comes before the 101 (docs/limits.md), and the stream begins after it. */
 static void test_all_at_once(void **state)
 {
     (void)state;
@@ -512,10 +519,15 @@ static void test_all_at_once(void **state)
         net_send_bytes(fd, text, (size_t)size + 8);
         int64_t until = test_now() + INT64_C(3000000000);
         size_t got = 0;
-        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && test_now() < until) {
-            got += net_read(fd, answer + got, sizeof answer - got, "{\"echo\":{}}", 0.2);
+        while (kept && memmem(answer, got, "{\"type\":\"hello\"}", 16) == NULL && test_now() < until) {
+            got += net_read(fd, answer + got, sizeof answer - got, "{\"type\":\"hello\"}", 0.2);
         }
-        assert_non_null(memmem(answer, got, "{\"echo\":{}}", 11));
+        viewer_say(fd, "[2]");
+        while (memmem(answer, got, "{\"echo\":[2]}", 12) == NULL && test_now() < until) {
+            got += net_read(fd, answer + got, sizeof answer - got, "{\"echo\":[2]}", 0.2);
+        }
+        assert_non_null(memmem(answer, got, "{\"echo\":[2]}", 12));
+        assert_int_equal(memmem(answer, got, "{\"echo\":{}}", 11) != NULL, !kept);
         close(fd);
     }
 }
