@@ -1,62 +1,79 @@
-// One hostile client, as a process of its own: node attacker.mjs URL NAME PLACE. It sends the heaviest requests of its kind, the next as
-// soon as one is answered, until it is killed. PLACE is JSON of what prepare() made.
-import { client } from './client.mjs';
+// One laptop that spoils a class: a worker with thirty of each at once, from one address, until it is told to stop. It joins in every part,
+// keeps the streams of its members open, votes with all tokens, claims seats, reconnects and guesses codes; it knows the code.
+import { parentPort, workerData } from 'node:worker_threads';
+import { client, openStream, pause } from './client.mjs';
 
-const [url, name, json] = process.argv.slice(2);
-const place = JSON.parse(json),
-  c = client(url),
-  X = '/api/v1/experiments';
-const S = (session, rest) => `/api/v1/sessions/${session.id}${rest}`;
-const long = { timeout: 600000 };
-const POOL = { kind: 'fluid', scene: 'pool', params: { size: 400 }, duration_s: 600 };
-const METRICS = ['kinetic_energy', 'density_error_mean'];
-let turn = 0;
+const { url, id, code, address, many } = workerData;
+const headers = { 'x-forwarded-for': address },
+  c = client(url, 4 * many),
+  at = `/api/v1/classes/${id}`,
+  LETTERS = '23456789ABCDEFGHJKMNPQRSTUVWXYZ';
+/** @type {Record<string, number>} */
+const counts = {};
+/** @type {{token: string, stream: any}[]} */
+const members = [];
+let running = true;
+parentPort?.once('message', () => {
+  running = false;
+});
 
-/** @type {Record<string, () => Promise<any>>} */
-const attacks = {
-  seek: () =>
-    c.call('POST', S(place.pool, '/control'), {
-      key: place.pool.owner_key,
-      body: { op: 'seek', time_s: turn++ % 2 ? 3600 : 1800 },
-      ...long,
-    }),
-  look: () => c.get(S(place.slow, ''), long),
-  dry_run: () => c.call('POST', `${X}?dry_run=true`, { body: { scenario: POOL, metrics: METRICS }, ...long }),
-  advise: () =>
-    c.call('POST', '/api/v1/advise', {
-      body: {
-        max_error: 1e-3,
-        runs: 2000,
-        experiment: {
-          scenario: { ...POOL, duration_s: 60 },
-          metrics: METRICS,
-          axes: [{ path: 'params.size', from: 200, to: 400, count: 50 }],
-          repeats: 50,
-          error: METRICS[1],
-          cost: METRICS[0],
-        },
-      },
-      ...long,
-    }),
-  state_at: () => c.get(S(place.old, `/state?tick=${90000 - (turn++ % 7)}`), long),
-  trace: () => c.get(S(place.old, '/trace?from_s=0&to_s=1500'), long),
-  set_many: () =>
-    c.call('POST', '/api/v1/sessions', {
-      body: `{"scenario":"race","set":{${Array.from({ length: 50000 }, () => '"duration_s":9').join()}}}`,
-      ...long,
-    }),
-  results: () => c.get(`${X}/${place.experiment.id}/results?format=${['csv', 'json', 'sqlite'][turn++ % 3]}`, long),
-  report: () => c.get(`${X}/${place.experiment.id}/report`, long),
-  fork: () => c.call('POST', S(place.old, '/fork'), { body: {}, ...long }),
-  heavy_create: () => c.call('POST', '/api/v1/sessions', { body: { scenario: POOL }, ...long }),
-  heavy_state: () => c.get(S(place.slow, '/state'), long),
+const count = (/** @type {string} */ what, /** @type {number} */ status) => {
+  counts[`${what} ${status}`] = (counts[`${what} ${status}`] ?? 0) + 1;
+};
+const any = (/** @type {any[]} */ list) => list[Math.floor(Math.random() * list.length)];
+/** @param {string} what @param {string} method @param {string} path @param {any} [wish] */
+async function call(what, method, path, wish = {}) {
+  const answer = await c.call(method, path, { headers, ...wish });
+  count(what, answer.status);
+  return answer;
+}
+/** @param {string} token */
+async function connect(token) {
+  const stream = await openStream(url, `classes/${id}`, 'json', { headers });
+  stream.say({ auth: token });
+  stream.say({ auth: 'b'.repeat(32) });
+  stream.say({ auth: token, id: 1 });
+  return stream;
+}
+
+const deeds = {
+  async join() {
+    const body = any([{}, {}, { role: 'play' }, { role: 'play', player: 0 }, { role: 'copy' }]);
+    const answer = await call('join', 'POST', `/api/v1/classes/${any([id, code])}/members`, { body });
+    if (answer.status !== 201) return pause(5);
+    const { token } = answer.json;
+    members.push({ token, stream: await connect(token) });
+    if (members.length > 90) members.shift()?.stream.socket.terminate();
+  },
+  async vote() {
+    const token = any(members)?.token ?? 'b'.repeat(32);
+    await call('vote', 'PUT', `${at}/vote`, { key: token, body: { step: 0, choice: 3 } });
+  },
+  async seat() {
+    const token = any(members)?.token;
+    if (token) await call('seat', 'PATCH', `${at}/member`, { key: token, body: { role: any(['play', 'watch']) } });
+    else await pause(5);
+  },
+  async reconnect() {
+    const member = any(members);
+    if (!member) return pause(5);
+    member.stream.socket.terminate();
+    member.stream = await connect(member.token);
+    count('stream', 101);
+  },
+  async guess() {
+    const name = Array.from({ length: 4 }, () => any([...LETTERS])).join('');
+    if (name !== code) await call('guess', 'GET', `/api/v1/classes/${name}`);
+  },
 };
 
-for (;;) {
-  try {
-    const answer = await attacks[name]();
-    if (answer.status === 429 || answer.status === 503) await new Promise((resolve) => setTimeout(resolve, 10));
-  } catch {
-    await new Promise((resolve) => setTimeout(resolve, 50));
-  }
-}
+await Promise.all(
+  Object.values(deeds).flatMap((deed) =>
+    Array.from({ length: many }, async () => {
+      while (running) await deed().catch(() => count('failed', 0));
+    }),
+  ),
+);
+for (const { stream } of members) stream.socket.terminate();
+c.close();
+parentPort?.postMessage(counts);
