@@ -65,6 +65,7 @@ const close = (...visitors) => Promise.all(visitors.map((one) => one.close()));
 const secretsOf = (page) =>
   page.evaluate(() => [
     JSON.parse(sessionStorage.getItem('laglab.class') ?? '{}').secret,
+    ...Object.values(JSON.parse(localStorage.getItem('laglab.members') ?? '{}')),
     ...Object.values(JSON.parse(sessionStorage.getItem('laglab') ?? '{"keys":{}}').keys),
   ]);
 const quiet = (visitors, allowed = /^$/) => {
@@ -352,6 +353,67 @@ test('the teacher: a reload, another scenario, a second device, the end', async 
   await close(teacher, watcher, phone);
 });
 
+test('the teacher sees devices by number, closes the door and removes one; it stays out and reads why', async () => {
+  const teacher = await teach();
+  const a = await student(teacher.code, 'Play A', PHONE),
+    b = await student(teacher.code, 'Watch');
+  await reads(a.page.locator('#class .number'), /^Number 1$/);
+  await reads(b.page.locator('#class .number'), /^Number 2$/);
+  const devices = teacher.page.locator('.devices'),
+    device = (/** @type {number} */ n) => devices.getByRole('button', { name: new RegExp(`^Device ${n},`) });
+  await settles(() => devices.locator('.device b').allInnerTexts(), ['1', '2']);
+  await until(async () => /plays A, connected/.test((await device(1).getAttribute('aria-label')) ?? ''), 'what it does');
+  await button(teacher.page, 'Predict').click();
+  await b.page.getByRole('radio').nth(1).check();
+  await a.page.getByRole('radio').nth(0).check();
+  await until(async () => (await teacher.state()).votes === 2, 'two votes');
+
+  await button(teacher.page, 'Free the seats').click();
+  await until(async () => (await teacher.state()).seats[0].state === 'free', 'the seat');
+  await reads(chip(a.page), /You watch/);
+  await button(teacher.page, 'Close the door').click();
+  const late = await open(`${daemon.url}${teacher.code}`, PHONE);
+  await late.page.getByText('The door of this class is closed').waitFor();
+  assert.equal(await button(late.page, 'Watch').count(), 0);
+  await a.page.reload();
+  await reads(chip(a.page), /You watch/); /* who is in the class comes back */
+
+  await device(1).click();
+  await button(teacher.page, 'Keep it').click();
+  assert.equal(await button(teacher.page, 'Remove 1').count(), 0);
+  await device(1).click();
+  await button(teacher.page, 'Remove 1').click();
+  await a.page.getByRole('alert').getByText('The teacher has removed this device from the class').waitFor();
+  await settles(() => devices.locator('.device b').allInnerTexts(), ['2']);
+  assert.equal((await teacher.state()).votes, 1);
+  await button(teacher.page, 'Open the door').click();
+  await button(late.page, 'Watch').waitFor();
+  await a.page.reload();
+  await a.page.getByRole('alert').getByText('The teacher has removed this device').waitFor();
+  const tab = await a.page.context().newPage();
+  await tab.goto(`${daemon.url}${teacher.code}`);
+  await tab.getByRole('alert').getByText('The teacher has removed this device').waitFor();
+  assert.equal((await teacher.state()).n, 1);
+  quiet([teacher, b, late]);
+  quiet([a], /status of 403/);
+  await close(teacher, a, b, late);
+});
+
+test('another tab of a browser is the same member, with its seat and vote', async () => {
+  const teacher = await teach();
+  const a = await student(teacher.code, 'Play A');
+  await button(teacher.page, 'Predict').click();
+  await a.page.getByRole('radio').nth(1).check();
+  const tab = await a.page.context().newPage();
+  await tab.goto(`${daemon.url}${teacher.code}`);
+  await reads(chip(tab), /You play A/);
+  await settles(() => tab.getByRole('radio').nth(1).isChecked(), true);
+  await tab.getByRole('radio').nth(2).check();
+  await settles(() => a.page.getByRole('radio').nth(2).isChecked(), true);
+  assert.deepEqual([(await teacher.state()).n, (await teacher.state()).votes], [1, 1]);
+  await close(teacher, a);
+});
+
 test('two clicks open one class; one that gets no board ends', async () => {
   const teacher = await open(`${daemon.url}?scenario=race`);
   const { page } = teacher;
@@ -417,7 +479,9 @@ for (const size of [WIDE, PHONE])
     await button(teacher.page, 'Lock').click();
     await a.page.locator('.tally').waitFor();
     await fits(a.page, 'tally');
-    await fits(teacher.page, 'lobby with votes');
+    await teacher.page.locator('.device').first().click();
+    await button(teacher.page, 'Remove 1').waitFor();
+    await fits(teacher.page, 'lobby with votes and what a device is asked');
     await button(teacher.page, 'Show the board').click();
     await fits(teacher.page, 'board');
     await button(teacher.page, 'Freeze all').click();

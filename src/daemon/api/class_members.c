@@ -32,9 +32,11 @@ static bool find_member(ll_class_entry *entry, const ll_http_request *request, l
     w->number = w->place >= 0 ? c->members[w->place].number : 0;
     bool removed = w->place < 0 && ll_class_has_removed(c, key, strlen(key));
     ll_class_entry_unlock(entry);
+    ll_status no = removed
+                       ? ll_field_error(LL_FORBIDDEN, "device", LL_CLASS_OUT)
+                       : ll_error(LL_FORBIDDEN, "Unknown token: no member of this class has it. Join again.");
     if (w->place < 0)
-        ll_api_refuse(request, response,
-                      removed ? LL_CLASS_OUT : "Unknown token: no member of this class has it. Join again.");
+        ll_api_problem(response, request, &no);
     return w->place >= 0;
 }
 

@@ -36,7 +36,7 @@ enum {
 #define LL_CLASS_EVICT_NS (60 * LL_SECOND) /* then a member without connection makes room for a new one */
 #define LL_CLASS_SHOW_NS (5 * LL_SECOND)   /* the same for one that never had a connection */
 
-#define LL_CLASS_OUT "The teacher has removed this device from the class."
+#define LL_CLASS_OUT "device: the teacher has removed it from the class."
 
 typedef enum ll_class_phase {
     LL_CLASS_LOBBY,

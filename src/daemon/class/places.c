@@ -108,10 +108,11 @@ static bool is_barred(const ll_class *c, uint64_t client)
 ll_status ll_class_admits(const ll_class *c, uint64_t client)
 {
     if (is_barred(c, client))
-        return ll_error(LL_FORBIDDEN, "The teacher has removed the devices of this address from the class.");
+        return ll_field_error(LL_FORBIDDEN, "address",
+                              "address: the teacher has removed its devices from the class.");
     return c->now.door == LL_CLASS_OPEN
                ? ll_ok()
-               : ll_error(LL_FORBIDDEN, "The door of the class is closed: ask the teacher to open it.");
+               : ll_field_error(LL_FORBIDDEN, "door", "door: closed; the teacher can open it.");
 }
 
 ll_status ll_class_join(ll_class *c, const ll_class_arrival *a, int *place, char copy[LL_ID_LENGTH + 1])

@@ -154,7 +154,7 @@ static ll_status authenticate(ll_class_entry *entry, class_viewer *viewer, const
     size_t length = strlen(key->valuestring);
     int place = ll_class_find(c, key->valuestring, length);
     if (place < 0 && ll_class_has_removed(c, key->valuestring, length))
-        return ll_field_error(LL_FORBIDDEN, "auth", "auth: " LL_CLASS_OUT);
+        return ll_field_error(LL_FORBIDDEN, "device", LL_CLASS_OUT);
     bool teacher = place < 0 && ll_key_matches(&c->teacher, key->valuestring, length);
     if (place < 0 && !teacher)
         return ll_field_error(LL_FORBIDDEN, "auth", "auth: neither the teacher's key nor a member's token.");

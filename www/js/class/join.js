@@ -4,7 +4,7 @@ import { letter } from '../base/format.js';
 import { mark } from '../workbench/player_mark.js';
 import { join } from './member.js';
 import { isFree, stateOf } from './seats.js';
-import { me, now, part, room, shows, told } from './state.js';
+import { me, now, out, part, room, shows, told } from './state.js';
 import { rich, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -44,6 +44,7 @@ function seatButton(seat) {
 function parts() {
   const seats = now.value?.seats ?? [],
     board = now.value?.board ?? null;
+  if (now.value?.door === 'closed' && part.value === '') return html`<p class="reason">${t('class.door_shut')}</p>`;
   return html`<p>${seats.length > 0 ? t('class.no_account_play') : t('class.no_account')}</p>
     <div class="parts">${seats.map(seatButton)}
     <button type="button" class="part" aria-describedby="class-watch" @click=${() => join('watch')}><b>${t('class.watch')}</b></button>
@@ -60,9 +61,14 @@ function parts() {
     }`;
 }
 
+/** What a device reads that the teacher has removed. @param {string} code @returns {Template} */
+const outView = (code) => html`<main class="join"><h1 role="alert">${t('class.out')}</h1>
+    <p>${rich('class.out_tip', { code: html`<span class="letters">${code}</span>` })}</p></main>`;
+
 /** @param {(code: string) => void} find @returns {Template} */
 export function joinView(find) {
   const at = room.value;
+  if (at !== null && out.value) return outView(at.code);
   const title = at ? rich('class.named', { code: html`<span class="letters">${at.code}</span>` }) : t('class.join_one');
   return html`<main class="join"><h1>${title}</h1>
     ${at ? parts() : codeField(find)}

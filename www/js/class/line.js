@@ -9,6 +9,8 @@ const GONE = 4404; /* close code: no such class */
  * @property {(state: import('./state.js').State, first: boolean) => void} state  first: of this connection. The daemon may have
  *   started again by then: its serials begin again at 0
  * @property {(member: import('./state.js').Member) => void} member  for this member alone
+ * @property {(members: any) => void} members   for the teacher alone
+ * @property {(byTeacher: boolean) => void} removed  the member of this connection is none any more
  * @property {(attempt: number) => void} lost   0: it is open again
  * @property {(why: string) => void} gone       the class has ended
  * @property {(detail: string) => void} refused
@@ -62,9 +64,15 @@ export class Line {
       this.on.state(message, message.type === 'hello');
     } else if (message.type === 'member') {
       this.on.member(message);
+    } else if (message.type === 'members') {
+      this.on.members(message);
+    } else if (message.type === 'removed') {
+      this.on.removed(message.by_teacher);
     } else if (message.type === 'bye') {
       this.why = String(message.reason);
     } else if (message.type === 'error') {
+      const field = message.problem?.errors?.[0]?.field; /* device: removed; auth: another has its place */
+      if (field === 'device' || field === 'auth') return this.on.removed(field === 'device');
       this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
     }
   }

@@ -2,6 +2,7 @@
 import { signal } from '../../vendor/signals-core.js';
 import { html, nothing } from '../../vendor/lit-html.js';
 import { results } from './ask.js';
+import { deviceList, door } from './devices.js';
 import { lessons } from './lesson.js';
 import { qr } from '../workbench/qr.js';
 import { seatList } from './seats.js';
@@ -126,6 +127,7 @@ export function lobby() {
       ${seatList(now.value?.seats ?? [])}</div>
       <div>${local ? nothing : qr(urls[0] ?? '')}${counts()}</div></div>
     ${steer()}
+    ${deviceList()}
     ${results()}${remote()}
     <p role="status" class="reason">${told.value}</p></main>`;
 }
@@ -137,5 +139,5 @@ export function teacherStrip() {
   };
   const code = html`<span class="letters">${room.value?.code}</span>`;
   return html`<section class="strip" aria-label=${t('shell.class')}><h2>${rich('class.named', { code })}</h2>${counts()}
-    ${phases()}${everyone()}<button type="button" @click=${toLobby}>${t('class.lobby')}</button></section>${results()}`;
+    ${phases()}${everyone()}${door()}<button type="button" @click=${toLobby}>${t('class.lobby')}</button></section>${results()}`;
 }

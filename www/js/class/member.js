@@ -6,27 +6,21 @@ import { keep } from '../session/opening.js';
 import { send, show } from '../session/session.js';
 import { place, session } from '../session/state.js';
 import { isOpen } from './ask.js';
-import { keepClass } from './kept.js';
-import { me, now, part, reason, room, say, secret, shows } from './state.js';
+import { keepClass, kept } from './kept.js';
+import { me, now, out, part, reason, room, say, secret, shows } from './state.js';
 import { t } from '../base/words.js';
 
 const VIEWER_HZ = 10 /* thirty of them are to fit in 2 Mbit/s */,
   PLAYER_HZ = 30;
 
-/** @param {unknown} wish @returns {Promise<any>} */
+/** As the member that this browser is already, if the class knows it still. @param {unknown} wish @returns {Promise<any>} */
 async function ask(wish) {
-  const at = `classes/${room.peek()?.id}`,
-    token = secret.peek();
-  if (token !== '') {
-    try {
-      return await call('PATCH', `${at}/member`, { body: wish, key: token });
-    } catch (error) {
-      if (!(error instanceof Problem) || error.status !== 403) throw error;
-      secret.value = ''; /* the class does not know it any more */
-    }
-  }
-  return call('POST', `${at}/members`, { body: wish });
+  const { id = '' } = room.peek() ?? {};
+  return call('POST', `classes/${id}/members`, { body: wish, key: kept(id)?.secret ?? secret.peek() });
 }
+
+/** Whether the teacher has removed this device. @param {unknown} error */
+export const isRemoved = (error) => error instanceof Problem && error.errors.some(({ field }) => field === 'device');
 
 /** @param {'watch' | 'play' | 'copy'} role @param {number} [player] whose seat */
 export async function join(role, player) {
@@ -34,25 +28,26 @@ export async function join(role, player) {
     const answer = await ask(role === 'play' ? { role, player } : { role });
     say('');
     if (answer.copy_key) keep(answer.copy, answer.copy_key, false);
-    begin(answer.token ?? secret.peek(), answer, role === 'copy' ? 'copy' : 'board');
+    begin(answer.token ?? kept(answer.class)?.secret ?? secret.peek(), answer, role === 'copy' ? 'copy' : 'board');
   } catch (error) {
-    say(reason(error));
+    if (isRemoved(error)) out.value = true;
+    else say(reason(error));
   }
 }
 
 /** From now on this page is a member's. @param {string} token @param {import('./state.js').Member} member
  * @param {'board' | 'copy'} first */
-export function begin(token, { role, player, choice, copy }, first) {
+export function begin(token, { number, role, player, choice, copy }, first) {
   secret.value = token;
-  me.value = { role, player, choice, copy };
+  me.value = { number, role, player, choice, copy };
   shows.value = first;
   part.value = 'member';
 }
 
 /** What the class says of this member. @param {import('./state.js').Member} member */
-export function take({ role, player, choice, copy }) {
+export function take({ number, role, player, choice, copy }) {
   const before = me.peek();
-  me.value = { role, player, choice, copy };
+  me.value = { number, role, player, choice, copy };
   if (role === 'play') send({ auth: secret.peek(), id: 0 }); /* the board may have refused it while the class did not know it */
   else if (before?.role === 'play' && role === 'watch') say(t('class.seat_free'));
 }

@@ -10,11 +10,11 @@ import { connection, notify, place, session } from '../session/state.js';
 import { patience } from '../stream/connection.js';
 import { isOpen } from './ask.js';
 import { joinView, tidy } from './join.js';
-import { keepClass, kept } from './kept.js';
+import { forgetClass, kept } from './kept.js';
 import { Line } from './line.js';
 import { lobby, teacherStrip } from './lobby.js';
-import { begin as attend, take } from './member.js';
-import { attempt, me, now, part, reason, room, say, secret, shows, told } from './state.js';
+import { begin as attend, isRemoved, take } from './member.js';
+import { attempt, devices, me, now, out, part, reason, room, say, secret, shows, told } from './state.js';
 import { memberStrip } from './strip.js';
 import { begin as lead, putBoard } from './teacher.js';
 import { need, t } from '../base/words.js';
@@ -77,7 +77,7 @@ async function begin() {
 /** The class has ended. @param {string} why */
 function gone(why) {
   const taught = part.peek() === 'teacher';
-  keepClass(null);
+  forgetClass(room.peek()?.id ?? '');
   line = null;
   part.value = '';
   secret.value = '';
@@ -98,6 +98,19 @@ function gone(why) {
   }
 }
 
+/** This device is no member any more: the teacher has removed it, or its place is another's. @param {boolean} byTeacher */
+function removed(byTeacher) {
+  if (part.peek() !== 'member') return;
+  if (!byTeacher) forgetClass(room.peek()?.id ?? ''); /* else the token stays, by which the class knows this device */
+  part.value = '';
+  secret.value = '';
+  me.value = null;
+  shows.value = 'choose';
+  out.value = byTeacher;
+  place.value = { at: `#class=${room.peek()?.code}`, hz: 0, seat: null, reason: '', frozen: false };
+  if (!byTeacher) say(t('class.place_gone'));
+}
+
 /** @param {any} found a class as the daemon describes it @param {string} key */
 function listen({ id, code, join, state }, key) {
   room.value = { id, code, urls: join.urls, local: join.local };
@@ -108,6 +121,10 @@ function listen({ id, code, join, state }, key) {
       if (first || next.serial >= (now.peek()?.serial ?? 0)) now.value = next;
     },
     member: take,
+    members({ most, members }) {
+      devices.value = { most, members: members.sort((/** @type {any} */ a, /** @type {any} */ b) => a.number - b.number) };
+    },
+    removed,
     lost(tries) {
       attempt.value = tries;
     },
@@ -165,6 +182,7 @@ async function resume(id, key) {
     const member = await call('GET', `classes/${id}/member`, { key: old.secret });
     attend(old.secret, member, old.shows === 'copy' ? 'copy' : 'board');
   } catch (error) {
+    out.value = isRemoved(error);
     if (passes(error)) throw error; /* else the class does not know it any more: join again */
   }
 }

@@ -7,8 +7,12 @@ import { t } from '../base/words.js';
 /** The state of a class, as its stream broadcasts it.
  * @typedef {{serial: number, phase: string, lesson: string, step: number, frozen: boolean, together: boolean, stop_tick: number,
  *   question: {lesson: string, step: number, choices: number} | null, votes: number, tally: number[] | null, seats: Seat[], n: number,
- *   copies: number, board: string | null, status: string | null, tick: number}} State */
-/** @typedef {{role: 'watch' | 'play' | 'copy', player: number | null, choice: number | null, copy: string | null}} Member */
+ *   copies: number, board: string | null, status: string | null, tick: number, door: 'open' | 'closed'}} State */
+/** A member as its teacher sees it; group: the same for those of one address; home: where the class was opened.
+ * @typedef {{number: number, role: 'watch' | 'play' | 'copy', player: number | null, connected: boolean, voted: boolean, group: string,
+ *   home: boolean, joined_s: number}} Device */
+/** @typedef {{number: number, role: 'watch' | 'play' | 'copy', player: number | null, choice: number | null,
+ *   copy: string | null}} Member */
 /** local: only this computer reaches the daemon. @typedef {{id: string, code: string, urls: string[], local: boolean}} Room */
 
 /** @type {import('@preact/signals-core').Signal<Room | null>} */
@@ -21,6 +25,10 @@ export const secret = signal('');
 export const part = signal('');
 /** What a member is. @type {import('@preact/signals-core').Signal<Member | null>} */
 export const me = signal(null);
+/** What only the teacher receives. @type {import('@preact/signals-core').Signal<{most: number, members: Device[]}>} */
+export const devices = signal({ most: 0, members: [] });
+/** The teacher has removed this device. */
+export const out = signal(false);
 /** What is shown: to the teacher lobby or board, to a member the choice of a part, the board or its copy.
  * @type {import('@preact/signals-core').Signal<'choose' | 'lobby' | 'board' | 'copy'>} */
 export const shows = signal('choose');

@@ -57,6 +57,8 @@ export function memberStrip() {
     seat = mine?.role === 'play' ? now.value?.seats.find(({ player }) => player === mine.player) : undefined;
   const code = html`<span class="letters">${room.value?.code}</span>`;
   return html`<header class="strip"><h1><span class="unseen">${t('shell.class')} </span>${code}</h1>${who()}
-    <span class="network">${seat && shows.value === 'board' ? networkOf(seat) : nothing}</span>${ways()}</header>
+    <span class="network"><span class="number" title=${t('class.number_tip')}>${t('class.number', { n: mine?.number ?? 0 })}</span>${
+      seat && shows.value === 'board' ? `, ${networkOf(seat)}` : nothing
+    }</span>${ways()}</header>
     <div role="status">${state()}</div>${ballot(vote)}${results()}`;
 }

@@ -37,6 +37,13 @@ export async function set(patch) {
   if (state !== null && (known === null || state.serial >= known.serial)) now.value = state;
 }
 
+/** Removes a device, and those that joined after it or are at its address. @param {number} number @param {'' | 'later' | 'address'} and */
+export const remove = (number, and) => ask('DELETE', `/members/${number}${and === '' ? '' : `?and=${and}`}`);
+
+/** Who holds a seat watches from now on. */
+export const freeSeats = () =>
+  Promise.all((now.peek()?.seats ?? []).filter(({ state }) => state !== 'free').map(({ player }) => ask('DELETE', `/seats/${player}`)));
+
 /** Counted up when a board, or a question, is chosen: what still waits for an older one gives up. */
 let turn = 0,
   questions = 0;
