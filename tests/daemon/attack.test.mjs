@@ -229,6 +229,18 @@ test('behind one address with the attacker the teacher closes the door and remov
   close(here);
 });
 
+test('copies that an address asks for while it stays out are not made, and use up nothing of the class', async () => {
+  const of = await open();
+  const here = (await c.call('POST', `${of.at}/members`, { headers: from('203.0.113.9') })).json;
+  assert.equal((await of.call('DELETE', `/members/${here.number}?and=address`)).status, 204);
+  const made = async () => Number(/^laglab_sessions_created_total (\d+)/m.exec((await c.get('/metrics')).text)?.[1]);
+  const before = await made();
+  assert.ok(before > 0);
+  for (let i = 0; i < 150; i++)
+    assert.equal((await c.call('POST', `${of.at}/members`, { headers: from('203.0.113.9'), body: { role: 'copy' } })).status, 403);
+  assert.equal(await made(), before);
+});
+
 test('a removed device stays out, over a restart of the daemon too; its vote is gone, and its page learns it', async (t) => {
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   const own = await startDaemon({ args: ['--trusted-proxy', '127.0.0.1'], data });

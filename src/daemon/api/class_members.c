@@ -160,8 +160,8 @@ static ll_status arrive(ll_class *c, ll_class_arrival *arrival, who *w, granted 
 {
     arrival->now = ll_now_ns();
     arrival->unix_s = ll_unix_ms() / 1000;
-    LL_TRY(ll_class_admits(c, arrival->client));
-    LL_TRY(ll_class_join(c, arrival, &w->place, g->gone));
+    LL_TRY(ll_class_admits(c, arrival->client, arrival->now));
+    w->place = ll_class_join(c, arrival, g->gone);
     w->number = c->members[w->place].number;
     return grant(c, w->place, g);
 }
@@ -206,6 +206,21 @@ static bool keeps_copy(ll_class_entry *entry, const who *w, const ll_class_wish 
     return keeps;
 }
 
+/* Whether a copy may be made for it: the class is asked before the work, and again when it is given. */
+static bool may_copy(ll_class_entry *entry, const who *w, const ll_http_request *request,
+                     ll_http_response *response)
+{
+    const ll_class *c = ll_api_lock_class(entry, request, response);
+    if (!c)
+        return false;
+    ll_status status = w ? ll_class_may_act(c, w->place, ll_now_ns())
+                         : ll_class_admits(c, ll_class_client(request->peer), ll_now_ns());
+    ll_class_entry_unlock(entry);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    return !ll_failed(&status);
+}
+
 /* Does what the wish says, for a member, or with `w` NULL for a new one. */
 static void enter(ll_api *api, ll_class_entry *entry, const who *w, const ll_class_wish *wish,
                   const ll_http_request *request, ll_http_response *response)
@@ -214,7 +229,7 @@ static void enter(ll_api *api, ll_class_entry *entry, const who *w, const ll_cla
     who joined;
     granted g = {.wish = wish};
     if (wish->role == LL_CLASS_COPY && !keeps_copy(entry, w, wish) &&
-        !fork_board(api, entry, request, response, &g.created))
+        !(may_copy(entry, w, request, response) && fork_board(api, entry, request, response, &g.created)))
         return;
     bool stored =
         w ? change_part(entry, request, response, &g, w) : join(entry, request, response, &g, &joined, token);

@@ -210,11 +210,22 @@ int ll_class_find(const ll_class *c, const char *token, size_t length)
     return found;
 }
 
-ll_status ll_class_act(ll_class *c, int place, ll_time now)
+static ll_status count_act(ll_bucket *acts, ll_time now)
 {
-    return ll_bucket_take(&c->members[place].acts, ACTS_PER_S, ACTS_BURST, now)
+    return ll_bucket_take(acts, ACTS_PER_S, ACTS_BURST, now)
                ? ll_ok()
                : ll_error(LL_LIMIT, "Too many votes and changes of part from this device.");
+}
+
+ll_status ll_class_act(ll_class *c, int place, ll_time now)
+{
+    return count_act(&c->members[place].acts, now);
+}
+
+ll_status ll_class_may_act(const ll_class *c, int place, ll_time now)
+{
+    ll_bucket acts = c->members[place].acts;
+    return count_act(&acts, now);
 }
 
 static void name_seat(const ll_class *c, int player, char text[48])

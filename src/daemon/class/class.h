@@ -177,12 +177,11 @@ typedef struct ll_class_arrival {
     int64_t unix_s;
 } ll_class_arrival;
 
-/* LL_FORBIDDEN: the door is closed, or the devices of this address stay out. */
-ll_status ll_class_admits(const ll_class *c, uint64_t client);
-/* A new member that watches. LL_LIMIT: the class is full. `copy`: the session of who gave way for it, which
- * is to be deleted; empty: none. */
-ll_status ll_class_join(ll_class *c, const ll_class_arrival *arrival, int *place,
-                        char copy[LL_ID_LENGTH + 1]);
+/* LL_FORBIDDEN: the door is closed, or the devices of this address stay out; LL_LIMIT: the class is full. */
+ll_status ll_class_admits(const ll_class *c, uint64_t client, ll_time now);
+/* The place of a new member that watches; -1: the class is full. `copy`: the session of who gave way for it,
+ * which is to be deleted; empty: none. */
+int ll_class_join(ll_class *c, const ll_class_arrival *arrival, char copy[LL_ID_LENGTH + 1]);
 void ll_class_leave(ll_class *c, int place);
 int ll_class_find(const ll_class *c, const char *token, size_t length); /* -1: no member's */
 /* Whether the teacher has removed the member that had this token, or this number. */
@@ -200,6 +199,7 @@ ll_status ll_class_free_seat(ll_class *c, int player, ll_time now);
 
 /* LL_LIMIT: the member votes and changes its part too often; else it is counted. */
 ll_status ll_class_act(ll_class *c, int place, ll_time now);
+ll_status ll_class_may_act(const ll_class *c, int place, ll_time now); /* the same, not counted */
 
 /* Gives the seat of `player`, or with -1 the first free one. LL_CONFLICT: it is taken. */
 ll_status ll_class_claim(ll_class *c, int place, int player, ll_time now);

@@ -76,6 +76,14 @@ static int find_free(const ll_class *c)
     return -1;
 }
 
+static int find_place(const ll_class *c, uint64_t client, ll_time now)
+{
+    int found = find_free(c);
+    found = found >= 0 ? found : find_absent(c, now);
+    found = found >= 0 ? found : find_crowded(c, client);
+    return found >= 0 ? found : find_unseen(c, client);
+}
+
 /* ---- joining ---- */
 
 /* The letter of the address: that of its members, or the first that no address has. */
@@ -105,30 +113,29 @@ static bool is_barred(const ll_class *c, uint64_t client)
     return false;
 }
 
-ll_status ll_class_admits(const ll_class *c, uint64_t client)
+ll_status ll_class_admits(const ll_class *c, uint64_t client, ll_time now)
 {
     if (is_barred(c, client))
         return ll_field_error(LL_FORBIDDEN, "address",
                               "address: the teacher has removed its devices from the class.");
-    return c->now.door == LL_CLASS_OPEN
+    if (c->now.door == LL_CLASS_CLOSED)
+        return ll_field_error(LL_FORBIDDEN, "door", "door: closed; the teacher can open it.");
+    return find_place(c, client, now) >= 0
                ? ll_ok()
-               : ll_field_error(LL_FORBIDDEN, "door", "door: closed; the teacher can open it.");
+               : ll_error(LL_LIMIT, "The class is full: it has %d members (--max-class-members).",
+                          c->capacity);
 }
 
-ll_status ll_class_join(ll_class *c, const ll_class_arrival *a, int *place, char copy[LL_ID_LENGTH + 1])
+int ll_class_join(ll_class *c, const ll_class_arrival *a, char copy[LL_ID_LENGTH + 1])
 {
+    int found = find_place(c, a->client, a->now);
     copy[0] = '\0';
-    int found = find_free(c);
-    if (found < 0) {
-        found = find_absent(c, a->now);
-        found = found >= 0 ? found : find_crowded(c, a->client);
-        found = found >= 0 ? found : find_unseen(c, a->client);
-        if (found < 0)
-            return ll_error(LL_LIMIT, "The class is full: it has %d members (--max-class-members).",
-                            c->capacity);
+    if (found >= 0 && c->members[found].used) {
         memcpy(copy, c->members[found].copy.session, LL_ID_LENGTH + 1);
         ll_class_leave(c, found);
     }
+    if (found < 0)
+        return found;
     c->members[found] = (ll_class_member){.used = true,
                                           .number = ++c->numbers,
                                           .token = a->token,
@@ -140,9 +147,8 @@ ll_status ll_class_join(ll_class *c, const ll_class_arrival *a, int *place, char
                                           .choice = -1,
                                           .heard = a->now,
                                           .round_trip_ns = -1};
-    *place = found;
     c->stirred = true;
-    return ll_ok();
+    return found;
 }
 
 /* ---- removing ---- */

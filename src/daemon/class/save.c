@@ -110,7 +110,6 @@ static cJSON *save_member(const ll_class_member *m)
 
 static void load_member(ll_class *c, const cJSON *json, ll_time now)
 {
-    int place;
     char copy[LL_ID_LENGTH + 1];
     const cJSON *joined = cJSON_GetObjectItemCaseSensitive(json, "joined_s");
     ll_class_arrival arrival = {.client = read_client(cJSON_GetObjectItemCaseSensitive(json, "client")),
@@ -119,10 +118,7 @@ static void load_member(ll_class *c, const cJSON *json, ll_time now)
     if (ll_class_count(c) == c->capacity /* there may be fewer places than before */ ||
         !read_hash(json, "token", &arrival.token))
         return;
-    ll_status status = ll_class_join(c, &arrival, &place, copy);
-    if (ll_failed(&status))
-        return;
-    ll_class_member *m = &c->members[place];
+    ll_class_member *m = &c->members[ll_class_join(c, &arrival, copy)];
     m->seen = is_true(json, "seen");
     int stored = number(json, "number", 0, INT32_MAX);
     m->number = stored > 0 ? (uint32_t)stored : m->number;

@@ -53,8 +53,8 @@ static ll_code join_from(fixture *f, int i, uint64_t client, int *place)
     char copy[LL_ID_LENGTH + 1];
     ll_class_arrival arrival = {.client = client, .now = f->now, .unix_s = 1700000000};
     assert_true(ll_new_key(f->token[i]) && ll_key_hash_make(f->token[i], &arrival.token));
-    ll_status status = ll_class_admits(&f->c, client);
-    LL_THEN(status, ll_class_join(&f->c, &arrival, place, copy));
+    ll_status status = ll_class_admits(&f->c, client, f->now);
+    *place = ll_failed(&status) ? -1 : ll_class_join(&f->c, &arrival, copy);
     return status.code;
 }
 
