@@ -637,6 +637,10 @@ test('a store that fails', async () => {
     await call('put', `${R}/board`, { id: room.id }, 507, { key: room.teacher_key, body: { scenario: 'race' } });
     await call('post', `${R}/members`, { id: room.id }, 507, { body: { role: 'copy' } });
     await call('patch', `${R}/member`, { id: room.id }, 507, { key: token, body: { role: 'copy' } });
+    await call('post', K, {}, 507, { body: {} });
+    for (const [method, path, body, whose] of OF_A_CLASS)
+      if (whose && method !== 'get')
+        await call(method, path, { id: room.id }, 507, { body, key: whose === 'member' ? token : room.teacher_key });
     await call('post', E, {}, 507, { body: SMALL });
     await call('post', `${X}/control`, { id: paused.id }, 507, { key: paused.owner_key, body: { op: 'resume' } });
     await call('delete', X, { id: paused.id }, 507, { key: paused.owner_key });
