@@ -1,6 +1,7 @@
 // Upgrades on kept connections, direct and through proxies: 200 of 200 must stream.
 import { digits, makeSession, printTable, quantile, say, startDaemon, writeCsv } from './lib.mjs';
-import { names, startProxy } from './proxies/proxies.mjs';
+import { plain, publicProxy } from '../tests/lib/public.mjs';
+import { names } from './proxies/proxies.mjs';
 import { bridged, upgradesOnKept } from './proxies/upgrades.mjs';
 
 const count = process.argv.includes('--quick') ? 40 : 200;
@@ -10,7 +11,7 @@ let missing = 0;
 const daemon = await startDaemon();
 const session = await makeSession(daemon.url);
 for (const name of ['direct', ...names]) {
-  const proxy = name === 'direct' ? undefined : await startProxy(name, daemon.port);
+  const proxy = name === 'direct' ? undefined : await publicProxy(name, daemon.port, plain);
   for (const atOnce of [1, 8]) {
     const before = await bridged(daemon.url);
     const { ok, failures, ms } = await upgradesOnKept(proxy?.url ?? daemon.url, session, count, atOnce);

@@ -1,7 +1,8 @@
 // A viewer that reads a fifth of its frames, together with fast ones on the same session: the age of the frames that it sees.
 // Direct and through proxies, whose buffers hide a slow reader from the daemon's socket.
 import { digits, interleave, makeSession, measureStreams, printTable, range, say, startDaemon, writeCsv } from './lib.mjs';
-import { names, startProxy } from './proxies/proxies.mjs';
+import { plain, publicProxy } from '../tests/lib/public.mjs';
+import { names } from './proxies/proxies.mjs';
 
 const quick = process.argv.includes('--quick');
 const rounds = quick ? 1 : 3;
@@ -20,7 +21,7 @@ const cases = ['direct', ...names].flatMap((way) =>
 );
 
 const daemon = await startDaemon();
-const proxies = Object.fromEntries(await Promise.all(names.map(async (name) => [name, await startProxy(name, daemon.port)])));
+const proxies = Object.fromEntries(await Promise.all(names.map(async (name) => [name, await publicProxy(name, daemon.port, plain)])));
 const results = await interleave(rounds, cases, async ({ way, scenario, word }) => {
   const session = await makeSession(daemon.url, scenario);
   const targets = [...Array(FAST).fill(session.stream), `${word} ${session.stream}`];

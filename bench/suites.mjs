@@ -4,7 +4,7 @@ import { spawn, spawnSync } from 'node:child_process';
 import { join } from 'node:path';
 import { startDaemon as daemonOfTests } from '../tests/lib/daemon.mjs';
 import { Explorer } from '../tests/lib/explorer.mjs';
-import { publicProxy, NAME, withoutTls } from '../tests/lib/public.mjs';
+import { publicProxy, NAME, plain } from '../tests/lib/public.mjs';
 import { damaged, smuggle } from '../tests/lib/smuggled.mjs';
 import { REQUESTS } from '../tests/daemon/smuggling.mjs';
 import { pause, printTable, root, say, writeCsv } from './lib.mjs';
@@ -27,7 +27,7 @@ function row(suite, way, tried, of, failed, first = '') {
 // ---- at random ----
 
 for (const way of ['direct', ...names]) {
-  const explorer = new Explorer(SEED, way === 'direct' ? undefined : (port) => publicProxy(way, port, withoutTls)),
+  const explorer = new Explorer(SEED, way === 'direct' ? undefined : (port) => publicProxy(way, port, plain)),
     until = performance.now() + 1000 * RANDOM_S;
   let failure;
   try {

@@ -1,12 +1,10 @@
-// nginx and HAProxy in front of a daemon, without root and from the configurations of this folder.
+// nginx and HAProxy in front of a daemon, without root. tests/lib has the configurations, which are those of deploy/.
 import { spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
-import { dirname, join } from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { join } from 'node:path';
 
-const here = dirname(fileURLToPath(import.meta.url));
 const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const environment = { ...process.env, PATH: `${process.env.PATH}:/usr/sbin:/sbin` }; // where Debian keeps both
 
@@ -39,13 +37,14 @@ export async function answers(port, within_s = 5) {
   return false;
 }
 
-/** @param {string} name @param {number} upstream port of the daemon @param {string} [configuration] instead of the one in this folder */
+/**
+ * LISTEN and UPSTREAM of the configuration become addresses.
+ * @param {string} name @param {number} upstream port of the daemon @param {string} configuration
+ */
 export async function startProxy(name, upstream, configuration) {
   const folder = mkdtempSync(join(tmpdir(), `laglab-${name}-`));
   const port = await freePort();
-  const text = (configuration ?? readFileSync(join(here, kinds[name].file), 'utf8'))
-    .replaceAll('LISTEN', `127.0.0.1:${port}`)
-    .replaceAll('UPSTREAM', `127.0.0.1:${upstream}`);
+  const text = configuration.replaceAll('LISTEN', `127.0.0.1:${port}`).replaceAll('UPSTREAM', `127.0.0.1:${upstream}`);
   const file = join(folder, kinds[name].file);
   mkdirSync(join(folder, 'tmp'));
   writeFileSync(file, text);

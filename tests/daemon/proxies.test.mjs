@@ -3,7 +3,8 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { client } from '../lib/client.mjs';
-import { names, startProxy } from '../../bench/proxies/proxies.mjs';
+import { plain, publicProxy } from '../lib/public.mjs';
+import { names } from '../../bench/proxies/proxies.mjs';
 import { bridged, upgradesOnKept } from '../../bench/proxies/upgrades.mjs';
 
 const COUNT = 200;
@@ -17,7 +18,7 @@ describe('upgrades', { concurrency: names.length }, () => {
       const http = client(daemon.url);
       t.after(() => http.close());
       const session = await http.make({ set: { duration_s: 3600 } });
-      const proxy = await startProxy(name, daemon.port);
+      const proxy = await publicProxy(name, daemon.port, plain);
       t.after(() => proxy.stop());
       const before = await bridged(daemon.url);
       // Only those on kept connections count: the test is about them. A proxy that finds no idle connection opens another, so a few more

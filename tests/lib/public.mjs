@@ -45,8 +45,16 @@ const configurations = {
   },
 };
 
-/** The certificate is taken away: requests can be read, and the client need not know it. @param {string} text */
-export const withoutTls = (text) => text.replace(/ ssl crt \S+/, '').replace(/(listen 127\S+|LISTEN) ssl;/, '$1;');
+/**
+ * Without TLS, so that requests can be read and any client will do. HAProxy sends every request on a connection that it has kept, as nginx
+ * does, which is the strictest for the daemon.
+ * @param {string} text
+ */
+export const plain = (text) =>
+  text
+    .replace(/ ssl crt \S+/, '')
+    .replace('LISTEN ssl;', 'LISTEN;')
+    .replace(/^backend laglab$/m, 'backend laglab\n    http-reuse always');
 
 /**
  * The proxy alone, before the daemon of this port. `change`: of its configuration.

@@ -5,17 +5,13 @@ import { once } from 'node:events';
 import net from 'node:net';
 import { raw } from './client.mjs';
 import { random } from './draws.mjs';
-import { publicProxy, withoutTls } from './public.mjs';
+import { publicProxy, plain } from './public.mjs';
 import { put } from './shards.mjs';
 
 /** @type {Record<string, (text: string) => string>} */
 const numbered = {
   haproxy: (text) =>
-    put(
-      put(text, /^ +default_backend laglab$/m, '    http-request set-header X-Request-Id %[uuid()]\n    default_backend laglab'),
-      /^backend laglab$/m,
-      'backend laglab\n    http-reuse always', // the strictest
-    ),
+    put(text, /^ +default_backend laglab$/m, '    http-request set-header X-Request-Id %[uuid()]\n    default_backend laglab'),
   nginx: (text) =>
     put(text, /^ +proxy_set_header Host/m, '        proxy_set_header X-Request-Id $request_id;\n        proxy_set_header Host'),
 };
@@ -128,7 +124,7 @@ export function damaged(table, seed, count) {
  */
 export async function smuggle(kind, daemon, requests) {
   const between = await recorder(daemon.port),
-    proxy = await publicProxy(kind, between.port, (text) => withoutTls(numbered[kind](text)));
+    proxy = await publicProxy(kind, between.port, (text) => plain(numbered[kind](text)));
   const found = { sent: 0, passed: 0, wrong: /** @type {string[]} */ ([]) };
   const send = async (/** @type {string} */ bytes, split = 0) => {
     const socket = net.connect(proxy.port, '127.0.0.1');
