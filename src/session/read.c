@@ -64,6 +64,11 @@ size_t ll_session_awake_bytes(const ll_session *s)
            events;
 }
 
+bool ll_session_begins_anew(const ll_session *s)
+{
+    return s->scenario.kind->begins_anew && s->tick > 0;
+}
+
 ll_session_pulse ll_session_get_pulse(const ll_session *s)
 {
     bool waking = s->transition.kind == LL_TRANSITION_WAKE;

@@ -184,6 +184,9 @@ ll_session_pulse ll_session_get_pulse(const ll_session *session);
 size_t ll_session_bytes(const ll_session *session);
 size_t ll_session_awake_bytes(const ll_session *session);
 
+/* Whether a change computes all ticks up to the present again. */
+bool ll_session_begins_anew(const ll_session *session);
+
 const ll_status *ll_session_error(const ll_session *session); /* reason of the failure; NULL: not failed */
 
 uint64_t ll_session_hash(ll_session *session);        /* of the present tick; wakes a parked session */

@@ -83,10 +83,24 @@ static ll_status finish_seek(ll_session_entry *session_entry, ll_task *task, uin
     return ll_ok();
 }
 
+/* Whether a change computes the run so far again, and that takes longer than a short request may. Locked. */
+static bool is_long(const ll_session_entry *session_entry, const ll_command_request *request,
+                    const ll_session *session)
+{
+    const double most_ns = 1e6;
+    return !request->task && !request->clock && ll_session_begins_anew(session) &&
+           (session_entry->work.tick_ns == 0 ||
+            (double)ll_session_get_pulse(session).at_tick * session_entry->work.tick_ns > most_ns);
+}
+
 static ll_status apply(ll_session_entry *session_entry, const ll_command_request *request, uint64_t *ticket)
 {
     ll_session *session;
     LL_TRY(ll_session_entry_enter(session_entry, request->task, &session, NULL));
+    if (is_long(session_entry, request, session)) {
+        ll_session_entry_leave(session_entry);
+        return ll_error(LL_INTERRUPTED, "the session was busy with its past");
+    }
     ll_session_entry_stop_work(session_entry);
     if (session_entry->deleted || !session_entry->session) {
         pthread_mutex_unlock(&session_entry->lock);

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/assert.h"
 #include "daemon/http/internal.h"
 
 #define WAITING_JOBS 256
@@ -10,6 +11,7 @@
 
 bool ll_http_queue(ll_http *http, http_exchange *exchange)
 {
+    LL_ASSERT(exchange->route->run_on == LL_HTTP_POOL);
     pthread_mutex_lock(&http->job_lock);
     bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
     if (taken) {
