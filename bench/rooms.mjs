@@ -21,6 +21,7 @@ export const ROOMS = {
   slow: DAEMON,
   proxies: DAEMON,
   hostile: [...DAEMON, 'experiment'],
+  stall: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
   shards: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],

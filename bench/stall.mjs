@@ -1,5 +1,6 @@
-// Clients that send the heaviest small requests of one operation after the other (tests/lib/heavy.mjs), without a pause: the latency of a control call
-// of another session, and the frames of one that is watched. `--before PROGRAM` measures another daemon too, in turn with this one.
+// Clients that send the heaviest small requests of one operation after the other (tests/lib/heavy.mjs), without a pause: the latency of
+// a control call of another session, and the frames of one that is watched. `--before PROGRAM` measures another daemon too, in turn with
+// this one.
 import YAML from 'yaml';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -17,11 +18,23 @@ const SECONDS = quick ? 1 : 3,
   GOAL_MS = 50;
 const began = performance.now();
 
-const ARGS = ['--max-new-sessions-per-min', '1000000', '--max-sessions', '100000', '--max-experiments', '100000', '--max-client-experiments', '100000'];
+const ARGS = [
+  '--max-new-sessions-per-min',
+  '1000000',
+  '--max-sessions',
+  '100000',
+  '--max-experiments',
+  '100000',
+  '--max-client-experiments',
+  '100000',
+];
 const daemons = [],
   data = mkdtempSync(join(tmpdir(), 'laglab-bench-'));
 process.on('exit', () => rmSync(data, { recursive: true, force: true }));
-for (const [name, program] of [['before', before], ['now', BINARY]]) {
+for (const [name, program] of [
+  ['before', before],
+  ['now', BINARY],
+]) {
   if (!program) continue;
   const daemon = await start(
     program,
@@ -35,7 +48,9 @@ for (const [name, program] of [['before', before], ['now', BINARY]]) {
 const api = YAML.parse(readFileSync(join(root, 'api/openapi.yaml'), 'utf8'));
 const operations = Object.entries(api.paths)
   .flatMap(([path, methods]) =>
-    ['get', 'post', 'put', 'patch', 'delete'].filter((method) => methods[method]).map((method) => ({ id: methods[method].operationId, method, path })),
+    ['get', 'post', 'put', 'patch', 'delete']
+      .filter((method) => methods[method])
+      .map((method) => ({ id: methods[method].operationId, method, path })),
   )
   .filter(({ id }) => HEAVY[id] && (!only || only.includes(id)));
 const rows = [],

@@ -1,5 +1,6 @@
-// No request is long on the threads that all clients share, by the processor time of these threads: the heaviest requests of every operation, one at
-// a time; and 32 clients with all of them at random, valid and damaged, leave control calls of another session prompt. bench/stall.mjs measures.
+// No request is long on the threads that all clients share, by the processor time of these threads: the heaviest requests of every
+// operation, one at a time; and 32 clients with all of them at random, valid and damaged, leave control calls of another session prompt.
+// bench/stall.mjs measures.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { readFileSync, readdirSync } from 'node:fs';
@@ -16,7 +17,16 @@ const SHARED = /^(?:control|MHD-worker)$/, // those that run handlers of short r
 const STORM_S = Number(process.env.LAGLAB_STORM_S ?? 10),
   P99_MS = 500,
   SEED = Number(process.env.LAGLAB_RANDOM_SEED ?? 20261129);
-const ARGS = ['--request-cpu-s', '1', '--max-new-sessions-per-min', '1000000', '--max-sessions', '100000', '--max-commands-per-s', '100000'];
+const ARGS = [
+  '--request-cpu-s',
+  '1',
+  '--max-new-sessions-per-min',
+  '1000000',
+  '--max-sessions',
+  '100000',
+  '--max-commands-per-s',
+  '100000',
+];
 const METHODS = ['get', 'post', 'put', 'patch', 'delete'];
 
 let daemon, c, place, operations;
@@ -45,11 +55,12 @@ function shared_ms() {
   return ns / 1e6;
 }
 
-async function cost_of({ method, path, body, ...wish }) {
+/** @param {{method: string, path: string, body?: any}} request */
+async function cost_of({ method, path, ...wish }) {
   let least = Infinity;
   for (let i = 0; i < TIMES; i++) {
     const from = shared_ms();
-    const answer = await c.call(method, path, { ...wish, body, timeout: 300000 });
+    const answer = await c.call(method, path, { ...wish, timeout: 300000 });
     least = Math.min(least, shared_ms() - from - (MEGABYTE_MS * answer.text.length) / 1e6);
     const key = answer.json?.owner_key ?? answer.json?.teacher_key;
     if (key && answer.headers.location) await c.call('DELETE', answer.headers.location, { key, timeout: 300000 });
@@ -60,8 +71,14 @@ async function cost_of({ method, path, body, ...wish }) {
 }
 
 test('every operation of openapi.yaml has its heaviest requests, and none is there no longer', () => {
-  assert.deepEqual(operations.map(({ id }) => id).filter((id) => !(HEAVY[id]?.(place).length > 0)), []);
-  assert.deepEqual(Object.keys(HEAVY).filter((id) => !operations.some((o) => o.id === id)), []);
+  assert.deepEqual(
+    operations.map(({ id }) => id).filter((id) => !(HEAVY[id]?.(place).length > 0)),
+    [],
+  );
+  assert.deepEqual(
+    Object.keys(HEAVY).filter((id) => !operations.some((o) => o.id === id)),
+    [],
+  );
 });
 
 test('no request takes long on the threads that all clients share', async () => {

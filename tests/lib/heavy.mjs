@@ -1,5 +1,5 @@
-// The heaviest small request of every operation of openapi.yaml: valid and invalid, and below the sizes at which the daemon reads it elsewhere.
-// A new operation without a row here fails tests/daemon/stall.test.mjs.
+// The heaviest small request of every operation of openapi.yaml: valid and invalid, and below the sizes at which the daemon reads it
+// elsewhere. A new operation without a row here fails tests/daemon/stall.test.mjs.
 import { client, waitFor } from './client.mjs';
 
 /**
@@ -74,7 +74,11 @@ const advice = (experiment) => ({ max_error: 1e-3, runs: 2000, experiment: { rep
 
 /** Settings of a session, by path: each of many, and one of them again and again. */
 const SETTINGS = [
-  { players: Object.fromEntries([0, 1].map((i) => [i, { lag_ms: 20, link: { up: { jitter_ms: 3 }, down: { jitter_ms: 3, loss_pct: 1 } } }])) },
+  {
+    players: Object.fromEntries(
+      [0, 1].map((i) => [i, { lag_ms: 20, link: { up: { jitter_ms: 3 }, down: { jitter_ms: 3, loss_pct: 1 } } }]),
+    ),
+  },
   { 'players.0.lag_ms': 20, 'players.1.lag_ms': 30, 'server.update_hz': 30, 'players.0.link.up.jitter_ms': 2 },
 ];
 const settings = (bytes) => [
@@ -101,7 +105,8 @@ const wrong = (place) => [{ key: place.played.owner_key.replace(/.$/, 'x') }, { 
 /** @type {Record<string, (place: Place) => Request[]>} */
 export const HEAVY = {
   listScenarios: () => queries('', '?brief=true'),
-  getScenario: () => queries('').flatMap((one) => ['crates_200', 'x'.repeat(4000)].map((id) => ({ ...one, path: `/api/v1/scenarios/${id}` }))),
+  getScenario: () =>
+    queries('').flatMap((one) => ['crates_200', 'x'.repeat(4000)].map((id) => ({ ...one, path: `/api/v1/scenarios/${id}` }))),
   getSchema: () => queries('', '?brief=true', '?kind=netgame', '?kind=none'),
   getOpenapi: () => queries(''),
   getSchemas: () => queries(''),
@@ -124,7 +129,11 @@ export const HEAVY = {
   ],
   controlSession: (place) => [
     ...['step', 'restart', 'pause', 'play'].map((op) => ({ body: { op }, key: place.played.owner_key })),
-    ...[0, 0.9].map((part) => ({ body: { op: 'seek', tick: Math.round(part * 90000) }, key: place.old.owner_key, path: `/api/v1/sessions/${place.old.id}/control` })),
+    ...[0, 0.9].map((part) => ({
+      body: { op: 'seek', tick: Math.round(part * 90000) },
+      key: place.old.owner_key,
+      path: `/api/v1/sessions/${place.old.id}/control`,
+    })),
     { body: { op: 'step', ticks: 3000 }, key: place.played.owner_key },
     { body: { op: 'step', ticks: 10 }, key: place.pool.owner_key, path: `/api/v1/sessions/${place.pool.id}/control` },
     { body: { op: 'speed', speed: 3 }, key: place.pool.owner_key, path: `/api/v1/sessions/${place.pool.id}/control` },
@@ -141,7 +150,11 @@ export const HEAVY = {
     { path: `/api/v1/sessions/${place.old.id}/state`, query: '?tick=80001' },
   ],
   getMetrics: (place) => [place.pool, place.old].map(({ id }) => ({ path: `/api/v1/sessions/${id}/metrics` })),
-  getTrace: (place) => ['?from_s=0&to_s=1500', `?of=${'entities,'.repeat(1500)}`, '?of=packets&format=sqlite&to_s=20'].map((query) => ({ path: `/api/v1/sessions/${place.old.id}/trace`, query })),
+  getTrace: (place) =>
+    ['?from_s=0&to_s=1500', `?of=${'entities,'.repeat(1500)}`, '?of=packets&format=sqlite&to_s=20'].map((query) => ({
+      path: `/api/v1/sessions/${place.old.id}/trace`,
+      query,
+    })),
   getPackets: (place) => [{ path: `/api/v1/sessions/${place.old.id}/packets`, query: '?to_s=100' }, ...queries()],
   getLog: (place) => [{ path: `/api/v1/sessions/${place.logged.id}/log` }, ...queries('')],
   openStream: () => [{}],
@@ -195,10 +208,7 @@ export const HEAVY = {
     ...bodies(MERGE).map((one) => ({ ...one, key: place.member.token })),
   ],
   leaveClass: (place) => wrong(place),
-  vote: (place) => [
-    { body: { choice: 1 }, key: place.member.token },
-    ...bodies().map((one) => ({ ...one, key: place.member.token })),
-  ],
+  vote: (place) => [{ body: { choice: 1 }, key: place.member.token }, ...bodies().map((one) => ({ ...one, key: place.member.token }))],
   openClassStream: () => [{}],
   healthz: () => queries(''),
   readyz: () => queries(''),
@@ -235,15 +245,26 @@ export async function prepare(url, runs = 2000) {
   const old = await c.make({ set: { duration_s: 2000 }, paused: true });
   const seek = async (session, tick) => {
     for (let status = 503; status !== 200; ) {
-      status = (await c.call('POST', `/api/v1/sessions/${session.id}/control`, { key: session.owner_key, body: { op: 'seek', tick }, ...long })).status;
+      status = (
+        await c.call('POST', `/api/v1/sessions/${session.id}/control`, { key: session.owner_key, body: { op: 'seek', tick }, ...long })
+      ).status;
       if (status !== 200 && status !== 503) throw new Error(`no past: ${status}`);
     }
   };
   await seek(old, 90005);
   await seek(motion, 50000);
-  const logged = await c.make({ paused: true, set: PERSON, workload: { inputs: Array.from({ length: 8000 }, (_, i) => ({ tick: i, player: 0, axes: [i % 2, 1] })) } });
+  const logged = await c.make({
+    paused: true,
+    set: PERSON,
+    workload: { inputs: Array.from({ length: 8000 }, (_, i) => ({ tick: i, player: 0, axes: [i % 2, 1] })) },
+  });
   const experiment = await must(202, 'POST', '/api/v1/experiments', {
-    body: { scenario: 'race', set: { duration_s: 0.1 }, metrics: METRICS, axes: [{ path: 'players.0.lag_ms', from: 0, to: 900, count: runs }] },
+    body: {
+      scenario: 'race',
+      set: { duration_s: 0.1 },
+      metrics: METRICS,
+      axes: [{ path: 'players.0.lag_ms', from: 0, to: 900, count: runs }],
+    },
   });
   const advice = await must(202, 'POST', '/api/v1/advise', { body: advice_of(runs) });
   const tradeoff = await must(202, 'POST', '/api/v1/tradeoffs', { body: { family: 'integrators', seeds: 10, duration_s: 0.1 } });
@@ -259,5 +280,12 @@ export async function prepare(url, runs = 2000) {
 const advice_of = (count) => ({
   max_error: 1e6,
   runs: 20,
-  experiment: { scenario: 'race', set: { duration_s: 0.1 }, metrics: METRICS, cost: METRICS[0], error: METRICS[0], axes: [{ path: 'players.0.lag_ms', from: 0, to: 900, count }] },
+  experiment: {
+    scenario: 'race',
+    set: { duration_s: 0.1 },
+    metrics: METRICS,
+    cost: METRICS[0],
+    error: METRICS[0],
+    axes: [{ path: 'players.0.lag_ms', from: 0, to: 900, count }],
+  },
 });

@@ -1,12 +1,15 @@
-// What heavy requests of some clients do to others: the latency of a control call of another session, and the frames of one that is watched.
+// What heavy requests of some clients do to others: the latency of a control call of another session, and the frames of one that is
+// watched.
 import { fork } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 import { client, pause } from './client.mjs';
 
-/** Starts `clients` that send `requests`; `end` gives how many answers of which status they got. @param {string} url @param {any[]} requests */
+/** Starts `clients` that send `requests`; `end` gives how many answers of which status they got.
+ * @param {string} url @param {any[]} requests */
 export async function storm(url, requests, clients, seed = 0) {
   const child = fork(fileURLToPath(new URL('storm.mjs', import.meta.url)), [url, String(clients), String(seed)]);
-  const message = () => new Promise((resolve, reject) => child.once('message', resolve).once('exit', () => reject(new Error('the clients ended'))));
+  const message = () =>
+    new Promise((resolve, reject) => child.once('message', resolve).once('exit', () => reject(new Error('the clients ended'))));
   const die = () => child.kill('SIGKILL');
   process.once('exit', die);
   const begun = message();
@@ -46,7 +49,11 @@ export async function witness(url) {
         first = received.length;
       while (performance.now() - from < 1000 * seconds) {
         const before = performance.now();
-        const answer = await c.call('POST', `/api/v1/sessions/${stepped.id}/control`, { key: stepped.owner_key, body: { op: 'step' }, timeout: 600000 });
+        const answer = await c.call('POST', `/api/v1/sessions/${stepped.id}/control`, {
+          key: stepped.owner_key,
+          body: { op: 'step' },
+          timeout: 600000,
+        });
         took.push(performance.now() - before);
         if (answer.status !== 200) throw new Error(`step: ${answer.status} ${answer.text.slice(0, 200)}`);
         await pause(10);

@@ -1,8 +1,8 @@
-// Clients that send requests without a pause, as a process of its own: the next one of each client when its last is answered. What they make is
-// deleted again. The message `end` is answered with how many answers of which status there were.
+// Clients that send requests without a pause, as a process of its own: the next one of each client when its last is answered. What they
+// make is deleted again. The message `end` is answered with how many answers of which status there were.
 //
-// node storm.mjs URL CLIENTS SEED, and the requests (heavy.mjs) as the first message. With a seed each client takes them in an order of its own
-// and damages every other body; without one (0) in their order.
+// node storm.mjs URL CLIENTS SEED, and the requests (heavy.mjs) as the first message. With a seed each client takes them in an order of
+// its own and damages every other body; without one (0) in their order.
 import { setPriority } from 'node:os';
 import { client } from './client.mjs';
 
@@ -22,9 +22,11 @@ function draws(/** @type {number} */ state) {
 function damaged(/** @type {string} */ body, /** @type {(below: number) => number} */ draw) {
   const from = draw(body.length),
     to = from + draw(40);
-  return [body.slice(0, from) + body.slice(to), body.slice(0, to) + body.slice(from), body.slice(0, from) + '"{[]},:e0'[draw(9)] + body.slice(from + 1)][
-    draw(3)
-  ];
+  return [
+    body.slice(0, from) + body.slice(to),
+    body.slice(0, to) + body.slice(from),
+    body.slice(0, from) + '"{[]},:e0'[draw(9)] + body.slice(from + 1),
+  ][draw(3)];
 }
 
 /** @param {any[]} requests @param {number} number */

@@ -1,8 +1,9 @@
-/* A handler runs where its row says (ll_http_run_on). Handlers that are short but may wait, for the store or
- * a session, run in a thread pool, so that no computation ever delays them. Handlers that may take long run
- * as tasks (tasks.h). A pool handler that would take long requests to be called again as a task
- * (ll_http_become_task); requests with large bodies become tasks as well. A handler fills the response; it
- * reports errors only as problem documents (http_problem.h).
+/* A handler runs where its row says (ll_http_run_on). What may compute for more than a millisecond, with any
+ * body, is a task (tasks.h) from its first byte. Handlers that are short but may wait, for the store or a
+ * session, run in a thread pool, so that no computation ever delays them: with bodies up to 4 KiB, larger
+ * ones are tasks. A pool handler that would take long in a rare case requests to be called again as a task
+ * (ll_http_become_task). A handler fills the response; it reports errors only as problem documents
+ * (http_problem.h).
  *
  * Done here before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of changing requests (403), Content-Type (415), body limit (413); a missing

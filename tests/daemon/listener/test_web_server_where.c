@@ -95,7 +95,7 @@ static int tear_down(void **state)
 
 /* ---- tests ---- */
 
-/* The thread that answers a body of so many bytes. */
+/* The thread that answers a body of `size` bytes. */
 static void expect_thread(const char *path, size_t size, const char *thread)
 {
     static char request[LONG_BODY + 200], answer[4096];
