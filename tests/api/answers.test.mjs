@@ -115,6 +115,7 @@ test('what a client has is not made again; when there is more, it is', async () 
     for (const tag of [first.headers.etag, `W/${first.headers.etag}`, `"other", ${first.headers.etag}`, '*']) {
       const none = await fetchRaw(path, { 'if-none-match': tag });
       assert.deepEqual([none.status, none.bytes.length, none.headers.etag], [304, 0, first.headers.etag], `${name} ${tag}`);
+      assert.equal(none.headers['content-length'], undefined, `${name}: RFC 9110 8.6, and it is not known`);
     }
     assert.equal((await fetchRaw(path, { 'if-none-match': '"other"' })).status, 200);
   }

@@ -86,7 +86,7 @@ static ll_status add_lists(ll_documents *documents, const char *folder)
     cJSON_AddItemToObject(json, "scenarios", scenarios);
     if (ll_failed(&status)) {
         cJSON_Delete(json);
-        return status;
+        return ll_error(LL_NOT_FOUND, "%s", status.text);
     }
     status = add_both(documents, V1 "/scenarios", NULL, JSON, "text", json);
     json = cJSON_CreateObject();
@@ -99,7 +99,7 @@ static ll_status add_lists(ll_documents *documents, const char *folder)
 /* A folder that is not installed is missing to those alone who ask for what is in it. */
 static ll_status unless_missing(ll_status status)
 {
-    if (status.code != LL_IO)
+    if (status.code != LL_NOT_FOUND)
         return status;
     ll_log_write("warn", "not installed", "%s", status.text);
     return ll_ok();

@@ -68,11 +68,16 @@ ll_status ll_documents_add(ll_documents *documents, const char *address, const c
     return ll_ok();
 }
 
+static ll_status cannot_read(const char *name, int error)
+{
+    return ll_error(error == ENOENT ? LL_NOT_FOUND : LL_IO, "cannot read %s: %s", name, strerror(error));
+}
+
 ll_status ll_documents_add_file(ll_documents *documents, const char *address, const char *name)
 {
     FILE *file = fopen(name, "rbe");
     off_t size = file != NULL && fseeko(file, 0, SEEK_END) == 0 ? ftello(file) : -1;
-    ll_status status = size < 0 ? ll_error(LL_IO, "cannot read %s: %s", name, strerror(errno))
+    ll_status status = size < 0 ? cannot_read(name, errno)
                        : size > FILE_MAX
                            ? ll_error(LL_LIMIT, "%s: must have at most %d MiB", name, FILE_MAX >> 20)
                            : ll_ok();
@@ -94,18 +99,19 @@ ll_status ll_documents_read(ll_documents *documents, const char *folder)
     ll_status status = ll_ok();
     char *const roots[] = {(char *)(uintptr_t)folder, NULL};
     FTS *walk = fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, NULL);
-    for (FTSENT *at; walk != NULL && !ll_failed(&status) && (at = fts_read(walk)) != NULL;) {
+    if (walk == NULL) {
+        return cannot_read(folder, errno);
+    }
+    for (FTSENT *at; !ll_failed(&status) && (at = fts_read(walk)) != NULL;) {
         if (at->fts_level > 0 && at->fts_name[0] == '.') {
             fts_set(walk, at, FTS_SKIP);
         } else if (at->fts_info == FTS_F) {
             status = ll_documents_add_file(documents, at->fts_path + strlen(folder), at->fts_path);
         } else if (at->fts_info == FTS_DNR || at->fts_info == FTS_ERR || at->fts_info == FTS_NS) {
-            status = ll_error(LL_IO, "cannot read %s: %s", at->fts_path, strerror(at->fts_errno));
+            status = cannot_read(at->fts_path, at->fts_errno);
         }
     }
-    if (walk != NULL) {
-        fts_close(walk);
-    }
+    fts_close(walk);
     return status;
 }
 

@@ -35,9 +35,10 @@ typedef struct ll_documents {
 /* Takes `bytes` (malloc'ed). `type` must outlive the documents. */
 ll_status ll_documents_add(ll_documents *documents, const char *address, const char *type, char *bytes,
                            size_t size);
-/* A file, by its own type. */
+/* A file, by its own type; LL_NOT_FOUND: there is none. */
 ll_status ll_documents_add_file(ll_documents *documents, const char *address, const char *name);
-/* All files of a folder, by their paths in it; not those whose names begin with a dot. */
+/* All files of a folder, by their paths in it; not those whose names begin with a dot. LL_NOT_FOUND: no
+ * folder. */
 ll_status ll_documents_read(ll_documents *documents, const char *folder);
 /* After the last one. */
 ll_status ll_documents_finish(ll_documents *documents);

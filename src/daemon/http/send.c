@@ -227,6 +227,8 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
         MHD_add_response_header(made, "Access-Control-Expose-Headers",
                                 "Location, Content-Location, Retry-After, X-Request-Id, ETag, Content-Range, "
                                 "Accept-Ranges");
+    }
+    if (*exchange->http->config.allow_origin != '\0') {
         MHD_add_response_header(made, "Vary", "Origin");
     }
 }

@@ -89,9 +89,19 @@ static void test_folder(void **state)
     assert_string_equal(ll_documents_find(&documents, "/js/page.html")->bytes, "<script src=\"js/a.js\">");
     ll_documents_free(&documents);
 
+    char large[128];
+    snprintf(large, sizeof large, "%s/large.bin", folder);
+    write_file("large.bin", "");
+    assert_int_equal(truncate(large, (64 << 20) + 1), 0);
+    ll_status status = ll_documents_read(&documents, folder);
+    assert_int_equal(status.code, LL_LIMIT);
+    assert_non_null(strstr(status.text, "large.bin: must have at most 64 MiB"));
+    ll_documents_free(&documents);
+    remove(large);
+
     ll_documents none = {0};
-    ll_status status = ll_documents_read(&none, "/nonexistent/www");
-    assert_int_equal(status.code, LL_IO);
+    status = ll_documents_read(&none, "/nonexistent/www");
+    assert_int_equal(status.code, LL_NOT_FOUND);
     assert_non_null(strstr(status.text, "/nonexistent/www"));
     status = ll_documents_finish(&none);
     assert_false(ll_failed(&status));
