@@ -68,11 +68,22 @@ curl -s -o /dev/null -w '%{http_code}' http://127.0.0.1:8080/metrics
 mark link
 curl -s -X POST -H "Authorization: Bearer $(cat /etc/laglab/class.key)" \\
   -H 'X-Forwarded-Host: evil.example' -H 'X-Forwarded-Proto: http' $U/classes
+KEPT=$(curl -s -H "$J" -H "Authorization: Bearer $(cat /etc/laglab/class.key)" -d '{"scenario":"race"}' $U/sessions)
+FIRST=$(cat /etc/laglab/class.key)
 mark operator
 K="Authorization: Bearer $(cat /etc/laglab/operator.key)"
 curl -s -o /dev/null -w '%{http_code} ' -H "$K" -H "$J" -X PUT -d '{"creation":"operator"}' $U/creation
 curl -s -o /dev/null -w '%{http_code} ' -H "$J" -H "Authorization: Bearer $(cat /etc/laglab/class.key)" -d '{"scenario":"race"}' $U/sessions
 curl -s -o /dev/null -w '%{http_code}' -H "$K" -X DELETE $U/sessions/$(sed 's/.*"id":"\\([^"]*\\)".*/\\1/' session.json)
+mark again
+( ${commands[0].split('\n').find((line) => line.startsWith('cp '))} ) # while it runs
+echo another-class-key > /etc/laglab/class.key
+systemctl restart laglab
+curl -s --retry 10 --retry-connrefused http://127.0.0.1:8080/readyz >/dev/null
+curl -s -o /dev/null -w '%{http_code} ' $U/sessions/$(printf '%s' "$KEPT" | sed 's/.*"id":"\\([^"]*\\)".*/\\1/')
+for key in another-class-key "$FIRST"; do
+  curl -s -o /dev/null -w '%{http_code} ' -H "$J" -H "Authorization: Bearer $key" -d '{"scenario":"race"}' $U/sessions
+done
 mark modes
 stat -c '%a %U %G %n' /var/lib/laglab /var/lib/laglab/laglab.db /etc/laglab/class.key /etc/laglab/operator.key
 ps -o user= -C laglab
@@ -145,6 +156,7 @@ cat /var/log/laglab.log
     const room = JSON.parse(parts.link);
     assert.deepEqual(room.join.urls, [`https://${NAME}/${room.code}`]);
     assert.equal(parts.operator.trim(), '200 403 204');
+    assert.equal(parts.again.trim(), '200 201 403', 'the session goes on, the key is another one');
     assert.deepEqual(parts.modes.trim().split('\n'), [
       '700 laglab laglab /var/lib/laglab',
       '600 laglab laglab /var/lib/laglab/laglab.db',

@@ -44,6 +44,9 @@ daemon-reload) ;;
   umask "$(value UMask)"
   setpriv --reuid="$(value User)" --regid="$(value Group)" --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs \
     prlimit --nofile="$(value LimitNOFILE)" $(value ExecStart) >/var/log/laglab.log 2>&1 & ;;
+"restart laglab")
+  kill $(pidof laglab); while pidof laglab >/dev/null; do sleep 0.05; done
+  "$0" enable --now laglab ;;
 "restart nginx") nginx ;;
 "restart haproxy") haproxy -D -f /etc/haproxy/haproxy.cfg ;;
 *) echo "systemctl $*?" >&2; exit 1 ;;
