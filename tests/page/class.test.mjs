@@ -399,6 +399,30 @@ test('the teacher sees devices by number, closes the door and removes one; it st
   await close(teacher, a, b, late);
 });
 
+test('who gives way for another address reads it, and may join again', async (t) => {
+  const small = await startDaemon({ args: ['--max-class-members', '2', '--trusted-proxy', '127.0.0.1'] });
+  t.after(() => small.stop());
+  const teacher = await teach(WIDE, small.url);
+  const pupils = [];
+  for (const part of ['Play A', 'Watch']) {
+    const one = await open(`${small.url}${teacher.code}`, PHONE);
+    await button(one.page, part).click();
+    await shown(one.page);
+    await until(async () => (await teacher.state()).n === pupils.length + 1, 'the device');
+    pupils.push(one);
+  }
+  const join = () =>
+    fetch(new URL(`api/v1/classes/${teacher.code}/members`, small.url), { method: 'POST', headers: { 'x-forwarded-for': '203.0.113.5' } });
+  assert.equal((await join()).status, 201);
+  await pupils[1].page.locator('#class').getByText('your place is another device’s now').waitFor();
+  await reads(chip(pupils[0].page), /You play A/);
+  await pupils[1].page.waitForTimeout(5500); /* the new one never connects */
+  await button(pupils[1].page, 'Watch').click();
+  await reads(chip(pupils[1].page), /You watch/);
+  await reads(pupils[1].page.locator('#class .number'), /^Number 4$/);
+  await close(teacher, ...pupils);
+});
+
 test('another tab of a browser is the same member, with its seat and vote', async () => {
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A');

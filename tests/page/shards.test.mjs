@@ -70,8 +70,10 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   await button(driver.page, 'Play A').click();
   await button(copier.page, 'My own copy').click();
   await button(teacher.page, 'Run').click();
-  await until(async () => (await sessionOf(copier.page))?.id !== board, 'the copy');
-  const { id: copy } = await sessionOf(copier.page);
+  const { id: copy } = await until(async () => {
+    const now = await sessionOf(copier.page);
+    return now && now.id !== board && now;
+  }, 'the copy');
   assert.equal(shardOf(copy), shard);
   const pages = [
     { page: teacher.page, id: board },
