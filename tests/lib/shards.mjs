@@ -47,7 +47,8 @@ export function nginxConfig(listen, servers) {
 /** A file of nginx's sites, in one that runs by itself. @param {string} site */
 export function standingAlone(site) {
   const temporary = ['client_body', 'proxy', 'fastcgi', 'uwsgi', 'scgi'].map((what) => `${what}_temp_path tmp;\n`).join('');
-  return `worker_processes 1;\npid nginx.pid;\nerror_log stderr warn;\ndaemon off;\nevents { worker_connections 2048; }
+  const user = process.getuid?.() === 0 ? 'user root;\n' : ''; // larger bodies go to files of its folder
+  return `${user}worker_processes 1;\npid nginx.pid;\nerror_log stderr warn;\ndaemon off;\nevents { worker_connections 2048; }
 http {\naccess_log off;\n${temporary}${site}}\n`;
 }
 
