@@ -438,10 +438,20 @@ static void test_delete(void **state)
 
 /* ---- upgrades on connections that libmicrohttpd owns already ---- */
 
+static void wait_for_no_connections(void)
+{
+    int64_t until = test_now() + INT64_C(5000000000);
+    while (ll_web_server_get_stats(f.web_server).connections > 0 && test_now() < until) {
+        test_sleep(0.01);
+    }
+    assert_int_equal(ll_web_server_get_stats(f.web_server).connections, 0);
+}
+
 static void test_kept(void **state)
 {
     (void)state;
     uint64_t before = ll_web_server_get_stats(f.web_server).bridged;
+    wait_for_no_connections();
     for (int i = 0; i < 200; i++) {
         int fd = net_connect(f.port);
         for (int k = 0; k < 3; k++) {
@@ -455,11 +465,13 @@ static void test_kept(void **state)
         do {
             assert_true(viewer_read(fd, &frame, 5));
         } while (strncmp((char *)frame.bytes, "{\"echo\"", 7) != 0);
+        assert_true(ll_web_server_get_stats(f.web_server).connections >= 1);
         viewer_send(fd, 0x88, "\x03\xe8", 2);
         assert_int_equal(viewer_close_code(fd, 5), 1000);
         close(fd);
     }
     assert_int_equal(ll_web_server_get_stats(f.web_server).bridged - before, 200);
+    wait_for_no_connections();
 }
 
 /* A 404 would say that a stored session is gone. */
