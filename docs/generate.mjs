@@ -911,6 +911,35 @@ function killsDoc() {
   );
 }
 
+function fullDoc() {
+  return held('full', 'bench/run full', (rows) =>
+    table(
+      [
+        'Trials',
+        'Full',
+        'Read-only',
+        'Slow',
+        'kill -9',
+        'SIGTERM',
+        'Acknowledged',
+        'Refused with 507',
+        'Looked for',
+        'Lost',
+        'Other findings',
+        'Cut short',
+      ],
+      [
+        [
+          ...['trials', 'full', 'read_only', 'slow', 'kills', 'stops', 'acknowledged', 'refused', 'looked_for', 'lost', 'odd'].map((name) =>
+            whole(sum(rows, name)),
+          ),
+          rows.filter((row) => row.broken).length,
+        ],
+      ],
+    ),
+  );
+}
+
 /** What one daemon carries, and what became of shards that were disturbed. */
 function scaleDoc() {
   const middle = (/** @type {any[]} */ rows, /** @type {string} */ name) => {
@@ -1205,6 +1234,7 @@ export function generate(binary) {
       'docs/trust.md',
       filled('docs/trust.md', {
         kills: killsDoc(),
+        full: fullDoc(),
         soak: soakDoc(),
         rests: restsDoc(),
         fuzz: fuzzDoc(),

@@ -8,6 +8,7 @@ import path from 'node:path';
 import { test } from 'node:test';
 import { client, openStream, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
+import { failingDisk, nothing } from '../lib/full.mjs';
 
 const C = '/api/v1/classes';
 const folder = () => mkdtempSync(path.join(tmpdir(), 'laglab-full-'));
@@ -220,3 +221,19 @@ for (const [name, { spoil, mend, cause }] of Object.entries(DISKS))
       assert.equal((await c.get(at)).json.state.phase, 'free');
       assert.equal((await c.get(made.links.self)).status, 404);
     });
+
+test('disks that fail at random: nothing that was acknowledged is lost, nothing that was refused is there', {
+  skip: process.getuid?.() !== 0 && 'mounting needs root',
+}, async (t) => {
+  const told = nothing(),
+    seed = 1 + Math.floor(Math.random() * 1e6);
+  try {
+    await Promise.all([0, 1].map((i) => failingDisk({ trials: 12, seed: seed + i, told })));
+  } catch (error) {
+    if (/mkfs|loop|fsfreeze|chattr/.test(error.message) && told.trials === 0) return t.skip('no disk can be made here');
+    throw error;
+  }
+  t.diagnostic(`seeds ${seed}, ${seed + 1}: ${JSON.stringify({ ...told, findings: undefined })}`);
+  assert.deepEqual(told.findings, []);
+  assert.ok(told.acknowledged > 500 && told.refused > 50, 'it was a trial');
+});

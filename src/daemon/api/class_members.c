@@ -107,7 +107,7 @@ void ll_api_delete_copy(ll_api *api, const char *id)
 {
     ll_session_entry *session = ll_host_find(api->host, id);
     if (session)
-        ll_host_discard(api->host, session, NULL);
+        ll_host_discard(api->host, session);
     ll_session_entry_release(session);
 }
 
@@ -118,7 +118,7 @@ static void end_grant(ll_api *api, granted *g, bool stored)
         ll_api_delete_copy(api, g->unwanted);
         ll_api_delete_copy(api, g->gone);
     } else if (g->created.session_entry) {
-        ll_host_discard(api->host, g->created.session_entry, NULL);
+        ll_host_discard(api->host, g->created.session_entry);
     }
     ll_session_entry_release(g->created.session_entry);
 }

@@ -272,7 +272,7 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
         return;
     if (!show(api, entry, created.session_entry, request, response)) {
         if (!given)
-            ll_host_discard(api->host, created.session_entry, NULL);
+            ll_host_discard(api->host, created.session_entry);
         ll_session_entry_release(created.session_entry);
         return;
     }

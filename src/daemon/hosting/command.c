@@ -135,25 +135,29 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
     return ll_ok();
 }
 
-bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket)
+/* Ends one whose `deleted` is set; locked. */
+static void forget(ll_session_entry *session_entry)
+{
+    atomic_fetch_add(&session_entry->shared.cancels, 1);
+    /* Not with the last reference: a sleeping worker may hold one for long. */
+    ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
+    ll_session_entry_leave_class_key(session_entry);
+    if (session_entry->session)
+        ll_session_destroy(session_entry->session);
+    session_entry->session = NULL;
+    ll_session_entry_count_memory(session_entry, 0);
+    atomic_store(&session_entry->shared.status, -1);
+    ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
+}
+
+bool ll_host_discard(ll_host *host, ll_session_entry *session_entry)
 {
     pthread_mutex_lock(&session_entry->lock);
     bool first = !session_entry->deleted;
+    session_entry->deleted = true;
     if (first) {
-        session_entry->deleted = true;
-        atomic_fetch_add(&session_entry->shared.cancels, 1);
-        /* Not with the last reference: a sleeping worker may hold one for long. */
-        ll_session_entry_count_log(session_entry, -atomic_load(&session_entry->shared.log_bytes));
-        ll_session_entry_leave_class_key(session_entry);
-        if (session_entry->session)
-            ll_session_destroy(session_entry->session);
-        session_entry->session = NULL;
-        ll_session_entry_count_memory(session_entry, 0);
-        atomic_store(&session_entry->shared.status, -1);
-        ll_ws_stream_close(session_entry->stream, LL_WS_NO_SESSION, "the session was deleted");
-        uint64_t queued = ll_store_delete(host->store, session_entry->stored.number);
-        if (ticket)
-            *ticket = queued;
+        forget(session_entry);
+        ll_store_delete(host->store, session_entry->stored.number);
     }
     pthread_mutex_unlock(&session_entry->lock);
     if (first)
@@ -161,14 +165,25 @@ bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *t
     return first;
 }
 
+/* Nothing more is queued for it while its deletion is stored; if that fails, it is there again. */
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, ll_task *task)
 {
     LL_TRY(ll_store_check(host->store));
     LL_TRY(ll_session_entry_lock(session_entry, task)); /* a task that runs it unlocks within a piece */
+    session_entry->deleted = true;
+    uint64_t ticket = ll_store_try_delete(host->store, session_entry->stored.number);
     pthread_mutex_unlock(&session_entry->lock);
-    uint64_t ticket = 0;
-    if (!ll_host_discard(host, session_entry, &ticket))
-        return ll_session_entry_gone();
+    ll_status status = ll_store_wait_tried(host->store, ticket);
+    pthread_mutex_lock(&session_entry->lock);
+    session_entry->deleted = !ll_failed(&status);
+    if (!ll_failed(&status))
+        forget(session_entry);
+    pthread_mutex_unlock(&session_entry->lock);
+    if (ll_failed(&status)) {
+        ll_session_entry_notify(session_entry);
+        return status;
+    }
+    ll_host_unregister(host, session_entry);
     atomic_fetch_add(&host->counts.deleted, 1);
-    return ll_store_wait(host->store, ticket);
+    return status;
 }

@@ -173,7 +173,7 @@ ll_status ll_host_create_session(ll_host *host, const ll_create_request *request
     atomic_fetch_add(&host->counts.created, 1);
     status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) { /* no client has its key: it is deleted when the store works again */
-        ll_host_discard(host, session_entry, NULL);
+        ll_host_discard(host, session_entry);
         ll_session_entry_release(session_entry);
         return ll_error(status.code, "Session not stored: %.200s", status.text);
     }

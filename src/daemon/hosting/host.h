@@ -124,9 +124,8 @@ ll_session_entry *ll_host_find_code(ll_host *host, const char *code);
 void ll_session_entry_release(ll_session_entry *session_entry);
 
 ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);
-/* Deletes it from memory at once, and its row as soon as the store works: `ticket` (may be NULL). False: it
- * was deleted already. */
-bool ll_host_discard(ll_host *host, ll_session_entry *session_entry, uint64_t *ticket);
+/* Deletes it from memory at once, and its row as soon as the store works. False: it was deleted already. */
+bool ll_host_discard(ll_host *host, ll_session_entry *session_entry);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
 /* Of sessions, classes, experiments and jobs, by `class_key` or, if that is NULL, by the address; a fork of
  * `origin` (may be NULL) counts by its log. LL_LIMIT. */

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "base/assert.h"
@@ -50,6 +51,7 @@ struct ll_database {
     sqlite3 *writer; /* of the writer thread; NULL: the files cannot be written, see `why` */
     sqlite3_stmt *prepared[STATEMENTS];
     ll_status why;
+    int shared_memory; /* the file, as long as it is open; -1: not open */
     sqlite3 *reader;
     pthread_mutex_t reader_lock;
 };
@@ -149,7 +151,7 @@ static bool write_record(ll_database *database, const record *r)
 {
     if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
         return write_class(database, r);
-    if (r->type == RECORD_DELETE)
+    if (r->type == RECORD_DELETE || r->type == RECORD_TRY_DELETE)
         return delete_session(database, r->number);
     if (r->type == RECORD_ROW) {
         ll_stored row;
@@ -208,7 +210,7 @@ static ll_status take_lock(ll_database *database)
     snprintf(path, sizeof path, "%s/lock", database->directory);
     database->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     int why = errno;
-    if (database->lock_file < 0 && why == EROFS) /* what is there can be read */
+    if (database->lock_file < 0) /* what is there can be read */
         database->lock_file = open(path, O_RDONLY | O_CLOEXEC);
     if (database->lock_file < 0)
         return ll_error(LL_IO, "Cannot write to data directory %s: %s.", database->directory, strerror(why));
@@ -274,6 +276,37 @@ static ll_status open_writer(ll_database *database)
     return ll_ok();
 }
 
+/* Of the file of shared memory, for the 4,096 pages of a log, of which 1,000 are used. Written through
+ * memory, it would end the process with SIGBUS where the disk is full. Closed only after the connections:
+ * that drops their locks. */
+static ll_status allocate_shared_memory(ll_database *database)
+{
+    enum { BYTES = 32 << 10 };
+    char path[4200];
+    snprintf(path, sizeof path, "%s-shm", database->path);
+    database->shared_memory = open(path, O_RDWR | O_CLOEXEC);
+    if (database->shared_memory < 0 || fallocate(database->shared_memory, 0, 0, BYTES) == 0 ||
+        errno == EOPNOTSUPP)
+        return ll_ok();
+    return ll_error(LL_IO, "Writing %s failed: %s.", path, strerror(errno));
+}
+
+/* Whether the disk can be written to at all, before SQLite does it; which also does not say why not. */
+static ll_status check_disk(const ll_database *database)
+{
+    enum { LEAST_KIB = 256 };
+    struct statvfs disk;
+    if (access(database->path, W_OK) != 0 && errno != ENOENT)
+        return ll_error(LL_IO, "Cannot write to %s: %s.", database->path, strerror(errno));
+    if (statvfs(database->directory, &disk) != 0 || disk.f_blocks == 0)
+        return ll_ok();
+    uint64_t kib = (uint64_t)disk.f_bavail * disk.f_frsize >> 10;
+    return kib >= LEAST_KIB
+               ? ll_ok()
+               : ll_error(LL_IO, "Disk of %s is full: it has %llu KiB left, and needs %d to start.",
+                          database->directory, (unsigned long long)kib, LEAST_KIB);
+}
+
 static void close_writer(ll_database *database)
 {
     for (int i = 0; i < STATEMENTS; i++) {
@@ -282,6 +315,9 @@ static void close_writer(ll_database *database)
     }
     sqlite3_close(database->writer);
     database->writer = NULL;
+    if (database->shared_memory >= 0)
+        close(database->shared_memory);
+    database->shared_memory = -1;
 }
 
 static void close_reader(ll_database *database)
@@ -319,11 +355,14 @@ static ll_status open_reader(ll_database *database)
 /* Without a writer when the files can only be read. On an error nothing is open. */
 static ll_status open_files(ll_database *database)
 {
-    bool sealed = access(database->path, W_OK) != 0 && errno != ENOENT; /* SQLite does not say why */
-    database->why = sealed ? ll_error(LL_IO, "Cannot write to %s: %s.", database->path, strerror(errno))
-                           : open_writer(database);
-    ll_status status = database->why;
-    bool readable = sealed || (ll_failed(&status) && ll_is_unwritable(database->writer));
+    ll_status status = check_disk(database);
+    bool readable = ll_failed(&status);
+    if (!readable) {
+        status = open_writer(database);
+        readable = ll_failed(&status) && ll_is_unwritable(database->writer);
+        LL_THEN(status, allocate_shared_memory(database));
+    }
+    database->why = status;
     if (ll_failed(&status))
         close_writer(database);
     if (readable || !ll_failed(&status)) {
@@ -519,7 +558,7 @@ ll_status ll_database_open(const char *directory, ll_database **result)
     }
     database->directory = name;
     database->path = path;
-    database->lock_file = -1;
+    database->lock_file = database->shared_memory = -1;
     pthread_mutex_init(&database->reader_lock, NULL);
     ll_status status = make_directory(directory);
     LL_THEN(status, take_lock(database));

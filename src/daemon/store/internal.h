@@ -7,6 +7,7 @@ typedef enum record_type {
     RECORD_ROW,
     RECORD_LINE,
     RECORD_DELETE,
+    RECORD_TRY_DELETE,
     RECORD_CLASS,
     RECORD_DELETE_CLASS
 } record_type;

@@ -32,6 +32,7 @@ struct ll_store {
     pthread_cond_t queued, done;
     record *first, *last;
     uint64_t ticket, durable;
+    uint64_t dropped_after, dropped_to; /* tickets at the last failure */
     int64_t next_number;
     ll_store_stats stats;
     bool closing, failing;
@@ -68,18 +69,20 @@ static void count_time(ll_store *store, int64_t ns)
     store->stats.commit_s += s;
 }
 
-static bool is_class(const record *r)
+static bool is_droppable(const record *r)
 {
-    return r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS;
+    return r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS || r->type == RECORD_TRY_DELETE;
 }
 
-/* Removes the classes from the queue: their changes are dropped. Locked. */
-static void drop_classes(ll_store *store)
+/* Removes from the queue what is not tried again. Locked. */
+static void drop_some(ll_store *store)
 {
+    store->dropped_after = store->durable;
+    store->dropped_to = store->ticket;
     store->last = NULL;
     for (record **link = &store->first; *link;) {
         record *r = *link;
-        if (is_class(r)) {
+        if (is_droppable(r)) {
             *link = r->next;
             free(r);
             store->stats.queued--;
@@ -118,7 +121,7 @@ static void settle(ll_store *store, record *batch, record *last, uint64_t ticket
             last->next = store->first;
             store->first = batch;
         }
-        drop_classes(store);
+        drop_some(store);
         store->stats.failures++;
     } else {
         LL_ASSERT(ticket >= store->durable && size <= store->stats.queued); /* in the order of the queue */
@@ -310,7 +313,7 @@ uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch)
         return 0;
     }
     pthread_mutex_lock(&store->lock);
-    if (store->failing && is_class(taken.first)) {
+    if (store->failing && is_droppable(taken.first)) {
         pthread_mutex_unlock(&store->lock);
         free_records(taken.first);
         return 0;
@@ -369,6 +372,11 @@ uint64_t ll_store_delete(ll_store *store, int64_t number)
     return enqueue(store, RECORD_DELETE, number, 0, NULL, 0);
 }
 
+uint64_t ll_store_try_delete(ll_store *store, int64_t number)
+{
+    return enqueue(store, RECORD_TRY_DELETE, number, 0, NULL, 0);
+}
+
 uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text)
 {
     size_t length = strlen(text);
@@ -400,6 +408,19 @@ ll_status ll_store_wait(ll_store *store, uint64_t ticket)
     store->stats.refused += ll_failed(&status);
     pthread_mutex_unlock(&store->lock);
     return status;
+}
+
+ll_status ll_store_wait_tried(ll_store *store, uint64_t ticket)
+{
+    LL_TRY(ll_store_wait(store, ticket));
+    if (!store)
+        return ll_ok();
+    pthread_mutex_lock(&store->lock); /* it may work again by now */
+    bool dropped = ticket == 0 || (ticket > store->dropped_after && ticket <= store->dropped_to);
+    ll_status why = store->failing ? store->why : ll_error(LL_IO, "The store failed for a moment.");
+    store->stats.refused += dropped;
+    pthread_mutex_unlock(&store->lock);
+    return dropped ? why : ll_ok();
 }
 
 ll_status ll_store_check(ll_store *store)

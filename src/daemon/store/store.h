@@ -7,10 +7,10 @@
  * commits).
  *
  * When a commit fails, the records of sessions are kept in order and tried again every second; those of
- * classes are dropped, since a class changes when its record is stored. Until then ll_store_wait fails and
- * ll_store_check too: changes are refused before they are applied, so that a session is never further ahead
- * of its stored log than by the lines in flight at the first failure. The log gets one line when the store
- * begins to fail, with the cause, and one when it works again.
+ * classes, and deletions that a client waits for, are dropped: what they change changes when they are stored.
+ * Until then ll_store_wait fails and ll_store_check too: changes are refused before they are applied, so that
+ * a session is never further ahead of its stored log than by the lines in flight at the first failure. The
+ * log gets one line when the store begins to fail, with the cause, and one when it works again.
  *
  * Any thread; a NULL store means "in memory only". */
 #pragma once
@@ -79,6 +79,7 @@ uint64_t ll_store_put(ll_store *store,
                       const ll_stored *stored); /* a new row, or a new clock of a stored one */
 uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, int64_t number);
+uint64_t ll_store_try_delete(ll_store *store, int64_t number); /* as of a class; see ll_store_wait_tried */
 /* A class, in place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time.
  * 0: the store fails; a ticket that is not durable when it fails was dropped. */
 uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
@@ -98,6 +99,8 @@ uint64_t ll_store_submit(ll_store *store, ll_store_batch *batch); /* empties the
 
 /* Waits until the ticket is durable; LL_IO when the store fails. */
 ll_status ll_store_wait(ll_store *store, uint64_t ticket);
+/* The same for ll_store_try_delete: on an error its record was dropped. */
+ll_status ll_store_wait_tried(ll_store *store, uint64_t ticket);
 
 bool ll_store_failing(ll_store *store, ll_status *why); /* `why` may be NULL */
 ll_status ll_store_check(ll_store *store); /* before a change: LL_IO while it fails, and counts the refusal */

@@ -204,14 +204,22 @@ static void a_disk_that_is_full_for_a_while(void **state)
     status = ll_store_wait(store, second);
     assert_true(ll_failed(&status));
     assert_true(ll_store_durable(store) < first);
+    status = ll_store_check(store);
+    assert_int_equal(status.code, LL_IO);
+    /* What is not tried again: a class, and a deletion that a client waits for. */
+    assert_int_equal(ll_store_put_class(store, "class", 1, "{}"), 0);
+    status = ll_store_wait_tried(store, ll_store_try_delete(store, one.number));
+    assert_true(ll_failed(&status));
 
     limit_files(RLIM_INFINITY);
-    for (int i = 0; i < 300 && ll_store_failing(store, NULL); i++)
+    for (int i = 0;
+         i < 300 && (ll_store_failing(store, NULL) || __atomic_load_n(&told, __ATOMIC_SEQ_CST) < 3); i++)
         usleep(10000);
     status = ll_store_wait(store, second);
     assert_false(ll_failed(&status));
     assert_true(__atomic_load_n(&told, __ATOMIC_SEQ_CST) >= 3);
     assert_true(ll_store_get_stats(store).failures >= 1);
+    assert_int_equal(ll_store_get_stats(store).refused, 4);
     assert_int_equal(ll_store_get_stats(store).queued, 0);
     char *text;
     size_t length;
