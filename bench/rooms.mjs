@@ -23,6 +23,7 @@ export const ROOMS = {
   hostile: [...DAEMON, 'experiment'],
   stall: [...DAEMON, 'experiment'],
   kills: [...DAEMON, 'experiment'],
+  full: [...DAEMON, 'experiment'],
   shards: [...DAEMON, 'experiment'],
   soak: [...DAEMON, 'experiment'],
   classroom: DAEMON,
