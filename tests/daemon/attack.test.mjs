@@ -241,6 +241,29 @@ test('copies that an address asks for while it stays out are not made, and use u
   assert.equal(await made(), before);
 });
 
+test('copies that one address asks for do not use up the rate of the class key', async (t) => {
+  process.env.LAGLAB_CLASS_KEY = 'north a-class-of-thirty new_sessions_per_min=60';
+  const small = await startDaemon({ args: ['--trusted-proxy', '127.0.0.1', '--max-class-members', '20'] }).finally(() => {
+    delete process.env.LAGLAB_CLASS_KEY;
+  });
+  t.after(() => small.stop());
+  const d = client(small.url);
+  t.after(() => d.close());
+  const { id, teacher_key: key } = (await d.call('POST', C, { key: 'a-class-of-thirty', headers: from(TEACHER) })).json,
+    at = `${C}/${id}`;
+  const show = () => d.call('PUT', `${at}/board`, { key, headers: from(TEACHER), body: { scenario: 'race' } });
+  assert.equal((await show()).status, 200);
+  const copy = (/** @type {string} */ address) => d.call('POST', `${at}/members`, { headers: from(address), body: { role: 'copy' } });
+  const statuses = [];
+  for (let i = 0; i < 80; i++) statuses.push((await copy('203.0.113.9')).status);
+  const made = statuses.filter((status) => status === 201).length;
+  assert.ok(made >= 20 && made < 30, `${made} copies`);
+  assert.equal(statuses.filter((status) => status === 429).length, 80 - made);
+  assert.match((await copy('203.0.113.9')).json.detail, /copies: must be at most 20\/min for one address of a class/);
+  assert.equal((await copy('203.0.113.10')).status, 201, 'another address');
+  assert.equal((await show()).status, 200, 'the teacher');
+});
+
 test('a removed device stays out, over a restart of the daemon too; its vote is gone, and its page learns it', async (t) => {
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   const own = await startDaemon({ args: ['--trusted-proxy', '127.0.0.1'], data });

@@ -216,6 +216,7 @@ static bool may_copy(ll_class_entry *entry, const who *w, const ll_http_request 
     ll_status status = w ? ll_class_may_act(c, w->place, ll_now_ns())
                          : ll_class_admits(c, ll_class_client(request->peer), ll_now_ns());
     ll_class_entry_unlock(entry);
+    LL_THEN(status, ll_class_entry_count_copy(entry, request->peer));
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     return !ll_failed(&status);
