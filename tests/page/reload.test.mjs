@@ -117,7 +117,7 @@ async function showRigid(page) {
   return page.evaluate(() => globalThis.rigidOf);
 }
 
-test('another build at the same address: an open page goes on, a reload shows all of it, and the earlier one comes back whole', async (t) => {
+test('another build at the same address: an open page goes on, a reload shows it, and the earlier build comes back', async (t) => {
   const data = path.join(folder, 'data'),
     one = build('one'),
     two = build('two');
