@@ -8,12 +8,12 @@ import { join } from 'node:path';
 import { digits, option, pause, printTable, root, say, start, writeCsv } from './lib.mjs';
 import { BINARY } from '../tests/lib/daemon.mjs';
 import { HEAVY, prepare, requestsOf } from '../tests/lib/heavy.mjs';
-import { storm, witness } from '../tests/lib/stall.mjs';
+import { quantile, storm, witness } from '../tests/lib/stall.mjs';
 
 const quick = process.argv.includes('--quick'),
   only = option('only')?.split(','),
   before = option('before');
-const SECONDS = quick ? 1 : 3,
+const SECONDS = quick ? 1 : 2,
   CLIENTS = quick ? [8] : [4, 8, 32],
   GOAL_MS = 50;
 const began = performance.now();
@@ -54,12 +54,9 @@ const operations = Object.entries(api.paths)
   )
   .filter(({ id }) => HEAVY[id] && (!only || only.includes(id)));
 const rows = [],
-  worst = new Map();
+  all = new Map();
 
-for (const { name, witness } of daemons) {
-  const u = await witness.look(SECONDS);
-  rows.push({ daemon: name, operation: 'none', clients: 0, ...u });
-}
+for (const { name, witness } of daemons) rows.push({ daemon: name, operation: 'none', clients: 0, ...(await witness.look(3 * SECONDS)) });
 for (const { id, method, path } of operations)
   for (const clients of CLIENTS)
     for (const { name, url, place, witness } of daemons) {
@@ -67,13 +64,31 @@ for (const { id, method, path } of operations)
       await pause(200);
       const u = await witness.look(SECONDS);
       const statuses = await load.end();
-      const answers = Object.entries(statuses).map(([status, n]) => `${status}: ${n}`);
-      rows.push({ daemon: name, operation: id, clients, ...u, answers: answers.join(', ') });
-      const key = `${name} ${clients}`;
-      if (!(worst.get(key)?.p99 > u.p99)) worst.set(key, { ...u, id });
-      if (!quick || only || u.p99 > GOAL_MS) console.log(`${id}, ${clients} clients, ${name}: ${digits(u.p99)} ms, ${answers.join(', ')}`);
+      const answers = Object.entries(statuses)
+        .map(([status, n]) => `${status}: ${n}`)
+        .join(', ');
+      rows.push({ daemon: name, operation: id, clients, ...u, answers });
+      all.set(`${name} ${clients}`, [...(all.get(`${name} ${clients}`) ?? []), ...u.took]);
+      console.log(`${id}, ${clients} clients, ${name}: ${digits(u.p50)}, ${digits(u.p99)} ms; ${answers}`);
       await idle(url);
     }
+const share = (of, what) => of.reduce((sum, row) => sum + row[what], 0) / of.length;
+for (const { name } of daemons)
+  for (const clients of CLIENTS) {
+    const took = all.get(`${name} ${clients}`),
+      of = rows.filter((row) => row.daemon === name && row.clients === clients);
+    rows.push({
+      daemon: name,
+      operation: 'all',
+      clients,
+      count: took.length,
+      p50: quantile(took, 0.5),
+      p99: quantile(took, 0.99),
+      max: Math.max(...took),
+      late: share(of, 'late'),
+      lost: share(of, 'lost'),
+    });
+  }
 
 /** Work that was begun for clients that are gone must not count for the next. */
 async function idle(/** @type {string} */ url) {
@@ -92,26 +107,25 @@ for (const { daemon, witness } of daemons) {
   await daemon.stop();
 }
 
-const of = (daemon, clients) => rows.filter((r) => r.daemon === daemon && r.clients === clients);
 printTable(
-  'Control calls of another session, ms, and frames of a watched one, over all operations',
-  daemons.flatMap(({ name }) =>
-    [0, ...CLIENTS].map((clients) => {
-      const them = of(name, clients),
-        most = them.reduce((a, b) => (b.p99 > a.p99 ? b : a)),
-        mean = (what) => them.reduce((sum, r) => sum + r[what], 0) / them.length;
+  'Control calls of another session, ms, and frames of a watched one',
+  rows
+    .filter((row) => ['none', 'all'].includes(row.operation))
+    .map((row) => {
+      const of = rows.filter((one) => one.daemon === row.daemon && one.clients === row.clients && one.operation !== 'all'),
+        worst = of.reduce((a, b) => (b.p99 > a.p99 ? b : a));
       return {
-        daemon: name,
-        clients,
-        'median p50': digits([...them].sort((a, b) => a.p50 - b.p50)[them.length >> 1].p50),
-        'largest p99': digits(most.p99),
-        of: most.operation,
-        'operations above 50 ms': them.filter((r) => r.p99 > GOAL_MS).length,
-        'frames late': `${digits(100 * mean('late'), 2)} %`,
-        'frames lost': `${digits(100 * mean('lost'), 2)} %`,
+        daemon: row.daemon,
+        clients: row.clients,
+        p50: digits(row.p50),
+        p99: digits(row.p99),
+        'largest p99': digits(worst.p99),
+        of: worst.operation,
+        [`operations above ${GOAL_MS} ms`]: of.filter((one) => one.p99 > GOAL_MS).length,
+        'frames late': `${digits(100 * row.late, 2)} %`,
+        'frames lost': `${digits(100 * row.lost, 2)} %`,
       };
     }),
-  ),
 );
 if (!only)
   writeCsv(
@@ -119,7 +133,7 @@ if (!only)
     `bench/run stall${quick ? ' --quick' : ''}${before ? ' --before PROGRAM' : ''}`,
     {
       daemon: 'now, or before: the program of --before',
-      operation: 'operationId of openapi.yaml; none: without other clients',
+      operation: 'operationId of openapi.yaml; none: without other clients; all: all operations together',
       clients: 'that send its requests of tests/lib/heavy.mjs without a pause',
       count: 'control calls meanwhile: a step of another session',
       p50: 'ms, of these calls',

@@ -1133,6 +1133,36 @@ function portDoc() {
         }),
       ),
     ),
+    stall: held('stall', 'bench/run stall', (rows) =>
+      table(
+        [
+          'Daemon',
+          'Clients',
+          'Control calls, p50, ms',
+          'p99',
+          'largest p99 of one operation',
+          'Operations above 50 ms',
+          'Frames late, %',
+          'lost, %',
+        ],
+        rows
+          .filter((row) => ['none', 'all'].includes(row.operation))
+          .map((row) => {
+            const of = rows.filter((one) => one.daemon === row.daemon && one.clients === row.clients && one.operation !== 'all'),
+              worst = most(of, 'p99');
+            return [
+              row.daemon,
+              row.clients,
+              ms(Number(row.p50)),
+              ms(Number(row.p99)),
+              `${ms(worst)} (${code(of.find((one) => Number(one.p99) === worst).operation)})`,
+              of.filter((one) => Number(one.p99) > 50).length,
+              ms(100 * row.late),
+              ms(100 * row.lost),
+            ];
+          }),
+      ),
+    ),
     slow: held('slow', 'bench/run slow', (rows) =>
       table(
         ['Way', 'Session', 'A viewer reads a fifth of', 'Oldest frame that it saw, ms', 'Frames that fast viewers lost'],

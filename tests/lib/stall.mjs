@@ -27,7 +27,7 @@ export async function storm(url, requests, clients, seed = 0) {
   };
 }
 
-const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(q * values.length))];
+export const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(q * values.length))];
 
 const SLOT_MS = 1000 / 60;
 
@@ -62,6 +62,7 @@ export async function witness(url) {
         frames = received.slice(first),
         expected = lasted / SLOT_MS;
       return {
+        took,
         count: took.length,
         p50: quantile(took, 0.5),
         p99: quantile(took, 0.99),
