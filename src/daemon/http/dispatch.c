@@ -150,7 +150,9 @@ ll_status ll_http_start_task(ll_http *http, http_exchange *exchange)
     ll_task_spec order = {.budget_s = http->config.request_cpu_s, .run = work, .context = exchange};
     const char *session = exchange->request.parameter[0];
     snprintf(order.client, sizeof order.client, "%s", exchange->request.peer);
-    snprintf(order.session, sizeof order.session, "%.64s", session != NULL ? session : "");
+    /* Kinds of requests take turns too: four long traces of a session do not keep its description. */
+    snprintf(order.session, sizeof order.session, "%.48s %td", session != NULL ? session : "",
+             exchange->route - http->app.routes);
     pthread_mutex_lock(&http->job_lock);
     http->working++;
     pthread_mutex_unlock(&http->job_lock);

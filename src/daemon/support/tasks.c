@@ -16,8 +16,9 @@ enum {
     SLICE_NS = 10000000,
     OVERDUE_NS = 50000000, /* after that time without a yield a task loses its turn */
     LOOK_NS = 20000000,
-    MOST = 512,           /* tasks, started or not */
+    MOST = 512,           /* tasks, started or not, of clients with many */
     MOST_OF_CLIENT = 128, /* of one client */
+    FEW_OF_CLIENT = 4,    /* of one client, which it may have, and start, although others have all */
     STARTED = 128,        /* tasks with a thread, and so with memory */
     STARTED_OF_CLIENT = 64,
     STARTED_OF_SESSION = 4,
@@ -120,8 +121,8 @@ static bool comes_before(const ll_task *a, const ll_task *b)
 static bool may_start(const ll_tasks *p, const ll_task *t)
 {
     return t->started || t->order.own ||
-           (p->started < STARTED && t->client->started < STARTED_OF_CLIENT &&
-            t->session->started < STARTED_OF_SESSION);
+           ((p->started < STARTED || t->client->started < FEW_OF_CLIENT) &&
+            t->client->started < STARTED_OF_CLIENT && t->session->started < STARTED_OF_SESSION);
 }
 
 static ll_task *choose(ll_tasks *p)
@@ -356,7 +357,7 @@ static ll_status check(ll_tasks *p, const ll_task_spec *order)
         return ll_ok();
     if (of_client >= MOST_OF_CLIENT)
         return ll_error(LL_LIMIT, "Limit of %d long requests of one client reached.", of_client);
-    if (p->count >= MOST)
+    if (p->count >= MOST && of_client >= FEW_OF_CLIENT)
         return ll_error(LL_UNAVAILABLE, "Limit of long requests reached.");
     return ll_ok();
 }

@@ -5,7 +5,8 @@
  * many at once as there are turns. A task calls ll_task_yield every millisecond or so. When its slice is over
  * and others wait, it waits there for its next turn. A task that does not yield for long loses its turn and
  * continues in parallel. Turns rotate over the clients with tasks, within a client over its sessions, and
- * within a session over its tasks, so that a client with many tasks delays only itself.
+ * within a session over its tasks, so that a client with many tasks delays only itself. A client with few
+ * tasks is never refused or kept waiting because others have many.
  *
  * A task is stopped by its budget, when its client disconnects, by the code that added it, or when the daemon
  * stops: then ll_task_yield is false, and ll_task_end_reason has the reason. A task must hold no lock when it
@@ -33,7 +34,7 @@ typedef enum ll_task_end {
 
 typedef struct ll_task_spec {
     char client[48];  /* an address */
-    char session[65]; /* or an experiment, or empty */
+    char session[65]; /* what its client's turns rotate over: a session and what is asked of it, or empty */
     double budget_s;  /* processor time; 0: no limit */
     bool own;         /* of the daemon, not of a request: exempt from the limits */
     /* Called once, also when the task was stopped before its first turn. */

@@ -131,7 +131,7 @@ static void test_second_call_as_a_task(void **state)
     expect_thread("/becomes", LONG_BODY, "task begun 0"); /* it is one from the start */
 }
 
-static void test_pool_does_not_wait_for_tasks(void **state)
+static void test_others_do_not_wait_for_tasks_of_one_kind(void **state)
 {
     (void)state;
     static char answer[4096];
@@ -144,6 +144,7 @@ static void test_pool_does_not_wait_for_tasks(void **state)
         test_sleep(0.001);
     for (int i = 0; i < 50; i++)
         expect_thread("/pool", 0, "control begun 0");
+    expect_thread("/task", 0, "task begun 0"); /* of another kind, which has its own turns */
     assert_false(atomic_load(&released));
     atomic_store(&released, true);
     for (int i = 0; i < CLIENTS; i++) {
@@ -158,7 +159,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_thread_by_route_and_body),
         cmocka_unit_test(test_second_call_as_a_task),
-        cmocka_unit_test(test_pool_does_not_wait_for_tasks),
+        cmocka_unit_test(test_others_do_not_wait_for_tasks_of_one_kind),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

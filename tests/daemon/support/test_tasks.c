@@ -191,6 +191,35 @@ static void test_one_client_has_a_limit(void **state)
         assert_true(atomic_load(&j[i].over));
 }
 
+/* Other clients have as many as there may be, all started that may be. */
+static void test_many_tasks_do_not_keep_out_others(void **state)
+{
+    (void)state;
+    enum { CLIENTS = 4, EACH = 128, MOST_STARTED = 128 };
+    ll_tasks *tasks = begin(2);
+    static job j[CLIENTS * EACH + 2];
+    memset(j, 0, sizeof j);
+    int started = 0;
+    for (int i = 0; i < CLIENTS * EACH; i++) {
+        char client[16], session[16];
+        snprintf(client, sizeof client, "greedy %d", i % CLIENTS);
+        snprintf(session, sizeof session, "s%d", i);
+        assert_int_equal(add(tasks, client, session, 0, &j[i], NULL).code, LL_OK);
+    }
+    for (int64_t until = now_ms() + 60000; started < MOST_STARTED && now_ms() < until; usleep(10000)) {
+        started = 0;
+        for (int i = 0; i < CLIENTS * EACH; i++)
+            started += atomic_load(&j[i].pieces) > 0;
+    }
+    assert_int_equal(started, MOST_STARTED);
+    job *modest = &j[CLIENTS * EACH], *more = modest + 1;
+    modest->most = 1;
+    assert_int_equal(add(tasks, "modest", "", 0, modest, NULL).code, LL_OK);
+    wait_for(&modest->over);
+    assert_int_equal(add(tasks, "greedy 0", "", 0, more, NULL).code, LL_LIMIT);
+    ll_tasks_free(tasks);
+}
+
 static void hog(void *context, ll_task *task)
 {
     (void)task;
@@ -268,6 +297,7 @@ int main(void)
         cmocka_unit_test(test_coming_again_is_no_advantage),
         cmocka_unit_test(test_a_task_is_stopped),
         cmocka_unit_test(test_one_client_has_a_limit),
+        cmocka_unit_test(test_many_tasks_do_not_keep_out_others),
         cmocka_unit_test(test_a_long_piece_does_not_keep_a_turn),
         cmocka_unit_test(test_a_queue_that_goes_on_is_not_stalled),
         cmocka_unit_test(test_draining_ends_all),
