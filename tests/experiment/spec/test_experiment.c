@@ -264,6 +264,49 @@ static void bad_input_is_reported(void **state)
     }
 }
 
+/* Each value asks the interrupt, which then ends it; with too many runs no value is looked at. */
+static bool ask(void *context)
+{
+    return --*(int *)context > 0;
+}
+
+static int64_t soon(void)
+{
+    static int64_t now;
+    return now += 1000000000; /* each value takes long */
+}
+
+static ll_status parse_within(const char *text, int *asks, ll_experiment **e)
+{
+    cJSON *json = cJSON_Parse(text);
+    const ll_interrupt interrupt = {.go_on = ask, .now_ns = soon, .context = asks};
+    assert_non_null(json);
+    ll_status status = ll_experiment_parse(json, "scenarios", &interrupt, e);
+    cJSON_Delete(json);
+    return status;
+}
+
+static void values_come_last_and_can_be_interrupted(void **state)
+{
+    (void)state;
+    const char *many = "{\"scenario\":\"race\"," METRICS
+                       ",\"axes\":[{\"path\":\"players.0.lag_ms\",\"from\":0,\"to\":900,\"count\":9000}]}";
+    const char *too_many =
+        "{\"scenario\":\"race\",\"repeats\":90000," METRICS
+        ",\"axes\":[{\"path\":\"players.0.lag_ms\",\"from\":0,\"to\":1e9,\"count\":9000}]}";
+    int asks = 10;
+    ll_experiment *e = NULL;
+    ll_status status = parse_within(many, &asks, &e);
+    assert_int_equal(status.code, LL_INTERRUPTED);
+    assert_non_null(strstr(status.text, "of axes.0"));
+    assert_null(e);
+    asks = 10;
+    status = parse_within(too_many, &asks, &e);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_string_equal(status.field, "axes");
+    assert_int_equal(asks, 10);
+}
+
 static void keys_differ_between_experiments(void **state)
 {
     (void)state;
@@ -284,11 +327,17 @@ static void keys_differ_between_experiments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_last_axis_is_the_fastest),   cmocka_unit_test(zipped_axes_go_together),
-        cmocka_unit_test(ranges_hit_both_ends),           cmocka_unit_test(samples_fill_the_range),
-        cmocka_unit_test(whole_numbers_are_drawn_evenly), cmocka_unit_test(a_count_is_honoured_when_sampled),
-        cmocka_unit_test(saltelli_mixes_two_samples),     cmocka_unit_test(there_may_be_twenty_axes),
-        cmocka_unit_test(bad_input_is_reported),          cmocka_unit_test(keys_differ_between_experiments),
+        cmocka_unit_test(the_last_axis_is_the_fastest),
+        cmocka_unit_test(zipped_axes_go_together),
+        cmocka_unit_test(ranges_hit_both_ends),
+        cmocka_unit_test(samples_fill_the_range),
+        cmocka_unit_test(whole_numbers_are_drawn_evenly),
+        cmocka_unit_test(a_count_is_honoured_when_sampled),
+        cmocka_unit_test(saltelli_mixes_two_samples),
+        cmocka_unit_test(there_may_be_twenty_axes),
+        cmocka_unit_test(bad_input_is_reported),
+        cmocka_unit_test(keys_differ_between_experiments),
+        cmocka_unit_test(values_come_last_and_can_be_interrupted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
