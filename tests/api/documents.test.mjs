@@ -223,6 +223,21 @@ test('daemons of a build have one digest, another page has another, and the dige
   assert.equal(await digestOf(await start('--www', www)), digest);
 });
 
+test('what a cache keeps for this page is not given to another origin without its permission', async (t) => {
+  const origin = 'https://lab.example',
+    other = await startDaemon({ args: ['--allow-origin', origin] });
+  t.after(() => other.stop());
+  const at = `/${digest}/api/v1/schema`,
+    own = await ask(at, {}, 'GET', other.url),
+    theirs = await ask(at, { origin }, 'GET', other.url);
+  for (const answer of [own, theirs]) assert.match(String(answer.headers.vary), /\bOrigin\b/);
+  assert.equal(own.headers['access-control-allow-origin'], undefined);
+  assert.equal(theirs.headers['access-control-allow-origin'], origin);
+  const plain = await ask('/api/v1/schema', { origin }, 'GET', other.url);
+  assert.match(String(plain.headers['access-control-expose-headers']), /\bContent-Location\b/);
+  assert.equal((await ask(at)).headers.vary, 'Accept-Encoding', 'where no other origin may read, none is named');
+});
+
 test('what is not installed is missing, and the log says so', async (t) => {
   const none = path.join(folder, 'nothing');
   const bare = await startDaemon({ args: ['--www', none, '--scenarios', none, '--api', none] }),
