@@ -23,7 +23,7 @@ const ORDER = { scenario: 'race', set: { duration_s: 0.1 }, repeats: 4, metrics:
 const run = (/** @type {string} */ command, /** @type {string[]} */ ...args) => execFileSync(command, args, { stdio: 'pipe' });
 
 /** A file system of its own, in a file. Throws where none can be mounted. */
-function makeDisk() {
+export function makeDisk() {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-disk-')),
     image = path.join(folder, 'image'),
     at = path.join(folder, 'at'),
