@@ -83,10 +83,9 @@ int main(int argc, char **argv)
         return verb_help(0, NULL);
     if (strcmp(name, "--version") == 0)
         return printf("laglab %s\n", ll_version) < 0;
-    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
+    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++)
         if (strcmp(name, verbs[i].name) == 0)
             return verbs[i].run(argc - 2, argv + 2);
-    }
     fprintf(stderr, "laglab: %s%s; `laglab help` lists the verbs\n", argc > 1 ? "unknown verb " : "no verb",
             name);
     return 2;

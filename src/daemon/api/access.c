@@ -208,10 +208,9 @@ void ll_get_class_keys(void *context, const ll_http_request *request, ll_http_re
     ll_experiments_delete_expired(api->experiments);
     const ll_class_keys *keys = &access_of(api)->class_keys;
     cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "class_keys");
-    for (int i = 0; i < keys->count; i++) {
+    for (int i = 0; i < keys->count; i++)
         if (keys->keys[i].name[0])
             cJSON_AddItemToArray(list, describe_key(&keys->keys[i]));
-    }
     ll_http_json(response, 200, json);
 }
 

@@ -36,10 +36,9 @@ static ll_status read_reach(const ll_http_request *request, ll_class_reach *reac
 {
     const char *and = ll_http_query(request, "and");
     *reach = LL_CLASS_ONE;
-    for (int i = LL_CLASS_LATER; and&&ll_class_reaches[i]; i++) {
+    for (int i = LL_CLASS_LATER; and&&ll_class_reaches[i]; i++)
         if (strcmp(and, ll_class_reaches[i]) == 0)
             *reach = (ll_class_reach)i;
-    }
     if (!and || *reach != LL_CLASS_ONE)
         return ll_ok();
     return ll_field_error(LL_BAD_INPUT, "and", "and: must be later or address; got `%.40s`.", and);

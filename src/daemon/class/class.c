@@ -102,10 +102,9 @@ ll_status ll_class_change(ll_class *c, const cJSON *patch)
 
 int ll_class_holder(const ll_class *c, int player)
 {
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (c->members[i].used && c->members[i].player == player)
             return i;
-    }
     return -1;
 }
 
@@ -157,10 +156,9 @@ void ll_class_set_players(ll_class *c, const cJSON *params, uint32_t version)
             break;
         c->changed = set_player(board, count++, player) || c->changed;
     }
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (c->members[i].player >= count)
             free_seat(c, i);
-    }
     c->changed = c->changed || count != board->players;
     board->players = count;
     board->params_version = version;
@@ -203,10 +201,9 @@ void ll_class_leave(ll_class *c, int place)
 int ll_class_find(const ll_class *c, const char *token, size_t length)
 {
     int found = -1;
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (c->members[i].used && ll_key_matches(&c->members[i].token, token, length))
             found = i;
-    }
     return found;
 }
 

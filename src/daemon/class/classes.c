@@ -272,10 +272,9 @@ static void *serve(void *context)
     while (!classes->stopping) {
         bool active = false;
         ll_time now = ll_now_ns();
-        for (ll_class_entry *entry = classes->first; entry; entry = entry->next) {
+        for (ll_class_entry *entry = classes->first; entry; entry = entry->next)
             if (!entry->ended)
                 active = visit(entry, now) || active;
-        }
         ll_classes_close_ended(classes);
         wait_for_news(classes, active);
     }

@@ -133,9 +133,8 @@ cJSON *ll_class_describe_members(const ll_class *c)
     cJSON_AddStringToObject(json, "type", "members");
     cJSON_AddNumberToObject(json, "most", c->capacity);
     cJSON *list = cJSON_AddArrayToObject(json, "members");
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (c->members[i].used)
             cJSON_AddItemToArray(list, describe_place(c, &c->members[i]));
-    }
     return json;
 }

@@ -36,10 +36,9 @@ void ll_class_entry_release(ll_class_entry *entry)
     if (!entry || atomic_fetch_sub(&entry->references, 1) > 1)
         return;
     free_viewers(entry);
-    for (int i = 0; i < LL_CLASS_VERSIONS; i++) {
+    for (int i = 0; i < LL_CLASS_VERSIONS; i++)
         if (ll_class_entry_version(entry, i))
             ll_class_end(ll_class_entry_version(entry, i));
-    }
     free(entry->sent);
     free(entry->draft);
     free(entry);

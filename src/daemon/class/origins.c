@@ -37,10 +37,9 @@ static void add(ll_origins *origins, const char *scheme, const char *host)
 {
     char text[LL_ORIGIN_TEXT];
     snprintf(text, sizeof text, "%s://%s", scheme, host);
-    for (int i = 0; i < origins->count; i++) {
+    for (int i = 0; i < origins->count; i++)
         if (strcasecmp(origins->text[i], text) == 0)
             return;
-    }
     if (origins->count < LL_ORIGINS_MAX)
         memcpy(origins->text[origins->count++], text, sizeof text);
 }
@@ -51,10 +50,9 @@ static void add(ll_origins *origins, const char *scheme, const char *host)
 static bool is_inner(const ll_interface *interface)
 {
     static const char *const prefixes[] = {"docker", "br-", "veth", "virbr", "cni", "lxc", "podman"};
-    for (size_t i = 0; i < sizeof prefixes / sizeof prefixes[0]; i++) {
+    for (size_t i = 0; i < sizeof prefixes / sizeof prefixes[0]; i++)
         if (begins(interface->name, prefixes[i]))
             return true;
-    }
     return false;
 }
 
@@ -127,10 +125,9 @@ int ll_interfaces_list(ll_interface interfaces[LL_INTERFACES_MAX])
     int count = 0;
     if (getifaddrs(&list) != 0)
         return 0;
-    for (const struct ifaddrs *from = list; from && count < LL_INTERFACES_MAX; from = from->ifa_next) {
+    for (const struct ifaddrs *from = list; from && count < LL_INTERFACES_MAX; from = from->ifa_next)
         if (take(from, &interfaces[count]))
             count++;
-    }
     freeifaddrs(list);
     return count;
 }

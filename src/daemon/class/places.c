@@ -69,10 +69,9 @@ static int find_unseen(const ll_class *c, uint64_t client)
 
 static int find_free(const ll_class *c)
 {
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (!c->members[i].used)
             return i;
-    }
     return -1;
 }
 
@@ -106,10 +105,9 @@ static int choose_group(const ll_class *c, uint64_t client)
 
 static bool is_barred(const ll_class *c, uint64_t client)
 {
-    for (uint32_t i = 0; i < c->bars && i < LL_CLASS_REMOVED; i++) {
+    for (uint32_t i = 0; i < c->bars && i < LL_CLASS_REMOVED; i++)
         if (c->barred[i] == client)
             return true;
-    }
     return false;
 }
 
@@ -163,10 +161,9 @@ bool ll_class_has_removed(const ll_class *c, const char *token, size_t length)
 
 bool ll_class_has_removed_number(const ll_class *c, uint32_t number)
 {
-    for (uint32_t i = 0; i < c->removals && i < LL_CLASS_REMOVED; i++) {
+    for (uint32_t i = 0; i < c->removals && i < LL_CLASS_REMOVED; i++)
         if (c->removed[i].number == number)
             return true;
-    }
     return false;
 }
 

@@ -64,10 +64,9 @@ static void load_link(const cJSON *json, ll_class_link *link)
 static void add_players(cJSON *json, const char *name, const bool flags[LL_PLAYERS_MAX])
 {
     cJSON *list = cJSON_AddArrayToObject(json, name);
-    for (int p = 0; p < LL_PLAYERS_MAX; p++) {
+    for (int p = 0; p < LL_PLAYERS_MAX; p++)
         if (flags[p])
             cJSON_AddItemToArray(list, cJSON_CreateNumber(p));
-    }
 }
 
 static void load_players(const cJSON *json, const char *name, bool flags[LL_PLAYERS_MAX])
@@ -176,10 +175,9 @@ cJSON *ll_class_save(const ll_class *c)
     cJSON_AddNumberToObject(question, "step", c->question.step);
     cJSON_AddNumberToObject(question, "choices", c->question.choices);
     cJSON_AddItemToObject(json, "question", question);
-    for (int i = 0; i < c->capacity; i++) {
+    for (int i = 0; i < c->capacity; i++)
         if (c->members[i].used)
             cJSON_AddItemToArray(members, save_member(&c->members[i]));
-    }
     cJSON_AddItemToObject(json, "members", members);
     save_removed(c, json);
     return json;

@@ -83,10 +83,9 @@ static void measure(ll_class_entry *entry)
 void ll_class_entry_tell(ll_class_entry *entry, ll_time now)
 {
     const ll_class *c = &entry->values;
-    for (class_viewer *v = entry->viewers; v; v = v->next) {
+    for (class_viewer *v = entry->viewers; v; v = v->next)
         if (!v->hello_sent)
             send_hello(entry, v, now);
-    }
     if (c->changed || (c->stirred && now - entry->sent_at >= GATHER_NS))
         send_state(entry, now);
     send_own(entry);

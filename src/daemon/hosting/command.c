@@ -129,9 +129,8 @@ ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const 
     LL_TRY(apply(session_entry, request, &ticket));
     atomic_fetch_add(&host->counts.commands, 1);
     ll_status status = ll_store_wait(host->store, ticket);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return ll_error(status.code, "Command not stored; a restart may lose it: %.170s", status.text);
-    }
     return ll_ok();
 }
 

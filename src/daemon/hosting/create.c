@@ -23,10 +23,9 @@ static bool make_keys(ll_session_entry *session_entry, ll_created_session *creat
     created->players = count_players(session_entry->session);
     if (!ll_new_key(created->owner_key) || !ll_key_hash_make(created->owner_key, &keys[0]))
         return false;
-    for (int i = 0; i < created->players; i++) {
+    for (int i = 0; i < created->players; i++)
         if (!ll_new_key(created->player_keys[i]) || !ll_key_hash_make(created->player_keys[i], &keys[1 + i]))
             return false;
-    }
     return ll_session_entry_set_keys(session_entry, keys, 1 + created->players);
 }
 

@@ -200,10 +200,9 @@ int ll_session_entry_find_role(const ll_session_entry *session_entry, const char
     int role = LL_ROLE_NONE;
     const ll_host *host = session_entry->host;
     *guest = false;
-    for (int i = 0; i < session_entry->identity.key_count; i++) { /* constant time: compares every key */
+    for (int i = 0; i < session_entry->identity.key_count; i++) /* constant time: compares every key */
         if (ll_key_matches(&session_entry->identity.keys[i], key, length))
             role = i - 1;
-    }
     if (ll_access_is_operator(host->config.access, key, length))
         role = LL_ROLE_OWNER;
     if (role != LL_ROLE_NONE || !host->guest_role)
@@ -242,10 +241,9 @@ void ll_viewers_close(ll_session_entry *session_entry, const char *reason)
 void ll_session_entry_revoke_guests(ll_session_entry *session_entry, int role)
 {
     pthread_mutex_lock(&session_entry->inbox.lock);
-    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next) {
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next)
         if (v->guest && v->role == role)
             v->role = LL_ROLE_NONE;
-    }
     pthread_mutex_unlock(&session_entry->inbox.lock);
 }
 

@@ -238,10 +238,9 @@ ll_status ll_session_entry_gone(void)
 
 ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task)
 {
-    while (!try_lock(session_entry, task ? lock_timeout_ms : short_wait_ms)) {
+    while (!try_lock(session_entry, task ? lock_timeout_ms : short_wait_ms))
         if (!task || !ll_task_yield(task))
             return ll_error(LL_INTERRUPTED, "the session was busy");
-    }
     if (!session_entry->deleted)
         return ll_ok();
     pthread_mutex_unlock(&session_entry->lock);

@@ -15,11 +15,10 @@ static ll_session_entry *expired(ll_host *host, ll_time before)
     ll_session_entry *old = NULL;
     for (int i = 0; i < LL_HOST_BUCKETS && !old; i++) {
         for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry && !old;
-             session_entry = session_entry->next_by_id) {
+             session_entry = session_entry->next_by_id)
             if (atomic_load(&session_entry->shared.last_used) < before &&
                 ll_session_entry_viewers(session_entry) == 0)
                 old = session_entry;
-        }
     }
     if (old)
         ll_session_entry_retain(old);
@@ -169,9 +168,8 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
                                      &session_entry->stream));
         }
     }
-    for (int i = 0; i < host->worker_count; i++) {
+    for (int i = 0; i < host->worker_count; i++)
         LL_TRY(ll_worker_start(&host->workers[i]));
-    }
     host->reaper_started = pthread_create(&host->reaper, NULL, reap_expired, host) == 0;
     return host->reaper_started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start reaper thread");
 }
@@ -292,11 +290,10 @@ ll_host_stats ll_host_get_stats(ll_host *host)
     };
     pthread_mutex_lock(&host->registry.lock);
     stats.sessions = host->registry.sessions;
-    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+    for (int i = 0; i < LL_HOST_BUCKETS; i++)
         for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
              session_entry = session_entry->next_by_id)
             count(&stats, session_entry);
-    }
     pthread_mutex_unlock(&host->registry.lock);
     return stats;
 }

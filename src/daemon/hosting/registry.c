@@ -120,10 +120,9 @@ int64_t ll_host_count_stem(ll_host *host, const char *stem)
 {
     int64_t count = 0;
     pthread_mutex_lock(&host->registry.lock);
-    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+    for (int i = 0; i < LL_HOST_BUCKETS; i++)
         for (const ll_session_entry *entry = host->registry.by_id[i]; entry; entry = entry->next_by_id)
             count += strncmp(entry->identity.id, stem, LL_STEM_LENGTH) == 0;
-    }
     pthread_mutex_unlock(&host->registry.lock);
     return count;
 }
@@ -159,10 +158,9 @@ ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **e
     ll_host_entry *all = malloc((size_t)(host->registry.sessions + 1) * sizeof *all);
     for (int i = 0; all && i < LL_HOST_BUCKETS; i++) {
         for (ll_session_entry *session_entry = host->registry.by_id[i]; session_entry;
-             session_entry = session_entry->next_by_id) {
+             session_entry = session_entry->next_by_id)
             if (session_entry->identity.serial > after)
                 fill(&all[found++], session_entry, now);
-        }
     }
     pthread_mutex_unlock(&host->registry.lock);
     if (!all)

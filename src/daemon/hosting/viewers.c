@@ -180,10 +180,9 @@ static int role_of(ll_session_entry *session_entry, ll_ws_viewer id)
 {
     int role = LL_ROLE_NONE;
     pthread_mutex_lock(&session_entry->inbox.lock);
-    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next) {
+    for (ll_viewer *v = session_entry->inbox.viewers; v; v = v->next)
         if (v->id == id)
             role = v->role;
-    }
     pthread_mutex_unlock(&session_entry->inbox.lock);
     return role;
 }

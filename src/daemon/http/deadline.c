@@ -8,7 +8,6 @@ void ll_http_set_deadline(http_connection *connection, double seconds)
 
 void ll_http_deadline(http_exchange *exchange, double seconds)
 {
-    if (exchange->watched != NULL) {
+    if (exchange->watched != NULL)
         ll_http_set_deadline(exchange->watched, seconds);
-    }
 }

@@ -17,11 +17,10 @@ bool ll_http_queue(ll_http *http, http_exchange *exchange)
     if (taken) {
         exchange->next_job = NULL;
         exchange->queued_ns = ll_now_ns();
-        if (http->last_job != NULL) {
+        if (http->last_job != NULL)
             http->last_job->next_job = exchange;
-        } else {
+        else
             http->first_job = exchange;
-        }
         http->last_job = exchange;
         http->jobs++;
         pthread_cond_signal(&http->job_there);
@@ -39,13 +38,11 @@ void ll_http_run_handler(http_exchange *exchange)
 static http_exchange *next_job(ll_http *http, int64_t *busy_since)
 {
     pthread_mutex_lock(&http->job_lock);
-    if (*busy_since != 0) {
+    if (*busy_since != 0)
         http->ended_ns = ll_now_ns();
-    }
     *busy_since = 0;
-    while (http->first_job == NULL && !http->jobs_end) {
+    while (http->first_job == NULL && !http->jobs_end)
         pthread_cond_wait(&http->job_there, &http->job_lock);
-    }
     http_exchange *exchange = http->first_job;
     if (exchange != NULL) {
         http->first_job = exchange->next_job;
@@ -74,9 +71,8 @@ static void *control_main(void *argument)
             exchange->request.begun = exchange->response.begun;
             ll_http_clear(&exchange->response);
             ll_status status = ll_http_start_task(self.http, exchange);
-            if (!ll_failed(&status)) {
+            if (!ll_failed(&status))
                 continue;
-            }
             ll_http_problem(&exchange->response, &exchange->request, &status);
         }
         ll_http_compress(exchange);
@@ -89,9 +85,8 @@ bool ll_http_start_control(ll_http *http)
 {
     int i = http->control_threads;
     control_thread *self = malloc(sizeof *self);
-    if (self == NULL) {
+    if (self == NULL)
         return false;
-    }
     *self = (control_thread){http, &http->busy_since[i]};
     if (pthread_create(&http->control[i], NULL, control_main, self) != 0) {
         free(self);
@@ -107,9 +102,8 @@ void ll_http_stop_control(ll_http *http)
     http->jobs_end = true;
     pthread_cond_broadcast(&http->job_there);
     pthread_mutex_unlock(&http->job_lock);
-    for (int i = 0; i < http->control_threads; i++) {
+    for (int i = 0; i < http->control_threads; i++)
         pthread_join(http->control[i], NULL);
-    }
     http->control_threads = 0;
 }
 
@@ -117,9 +111,8 @@ void ll_http_stop_control(ll_http *http)
 
 static void set_task(http_exchange *exchange, ll_task *task)
 {
-    if (exchange->watched != NULL) {
+    if (exchange->watched != NULL)
         exchange->watched->task = task;
-    }
 }
 
 static void work(void *context, ll_task *task)
@@ -159,9 +152,8 @@ ll_status ll_http_start_task(ll_http *http, http_exchange *exchange)
     ll_task *task = NULL;
     pthread_mutex_lock(&http->watch_lock);
     ll_status status = ll_tasks_add(http->app.tasks, &order, &task);
-    if (!ll_failed(&status)) {
+    if (!ll_failed(&status))
         set_task(exchange, task);
-    }
     pthread_mutex_unlock(&http->watch_lock);
     if (ll_failed(&status)) {
         pthread_mutex_lock(&http->job_lock);
@@ -173,13 +165,11 @@ ll_status ll_http_start_task(ll_http *http, http_exchange *exchange)
 
 void ll_http_stop_tasks(ll_http *http)
 {
-    if (http->app.tasks != NULL) {
+    if (http->app.tasks != NULL)
         ll_tasks_drain(http->app.tasks);
-    }
     pthread_mutex_lock(&http->job_lock);
-    while (http->working > 0) {
+    while (http->working > 0)
         pthread_cond_wait(&http->work_done, &http->job_lock);
-    }
     pthread_mutex_unlock(&http->job_lock);
 }
 
@@ -195,9 +185,8 @@ ll_http_counted ll_http_counts(ll_http *http)
     int64_t now = ll_now_ns(), oldest = now;
     pthread_mutex_lock(&http->job_lock);
     counted.control = http->jobs;
-    if (http->first_job != NULL) {
+    if (http->first_job != NULL)
         oldest = http->first_job->queued_ns;
-    }
     for (int i = 0; i < 64; i++) {
         counted.control += http->busy_since[i] != 0;
         oldest = http->busy_since[i] != 0 && http->busy_since[i] < oldest ? http->busy_since[i] : oldest;

@@ -38,11 +38,9 @@ static const char *type_of(const char *name)
                  {".wasm", "application/wasm"},
                  {".webmanifest", "application/manifest+json"}};
     const char *dot = strrchr(name, '.');
-    for (size_t i = 0; dot != NULL && i < sizeof types / sizeof *types; i++) {
-        if (strcasecmp(dot, types[i].suffix) == 0) {
+    for (size_t i = 0; dot != NULL && i < sizeof types / sizeof *types; i++)
+        if (strcasecmp(dot, types[i].suffix) == 0)
             return types[i].type;
-        }
-    }
     return "application/octet-stream";
 }
 
@@ -87,9 +85,8 @@ ll_status ll_documents_add_file(ll_documents *documents, const char *address, co
         size = (off_t)fread(bytes, 1, (size_t)size, file); /* less where it is being written */
         bytes[size] = '\0';
     }
-    if (file != NULL) {
+    if (file != NULL)
         fclose(file);
-    }
     LL_TRY(status);
     return ll_documents_add(documents, address, type_of(name), bytes, (size_t)size);
 }
@@ -99,18 +96,15 @@ ll_status ll_documents_read(ll_documents *documents, const char *folder)
     ll_status status = ll_ok();
     char *const roots[] = {(char *)(uintptr_t)folder, NULL};
     FTS *walk = fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, NULL);
-    if (walk == NULL) {
+    if (walk == NULL)
         return cannot_read(folder, errno);
-    }
-    for (FTSENT *at; !ll_failed(&status) && (at = fts_read(walk)) != NULL;) {
-        if (at->fts_level > 0 && at->fts_name[0] == '.') {
+    for (FTSENT *at; !ll_failed(&status) && (at = fts_read(walk)) != NULL;)
+        if (at->fts_level > 0 && at->fts_name[0] == '.')
             fts_set(walk, at, FTS_SKIP);
-        } else if (at->fts_info == FTS_F) {
+        else if (at->fts_info == FTS_F)
             status = ll_documents_add_file(documents, at->fts_path + strlen(folder), at->fts_path);
-        } else if (at->fts_info == FTS_DNR || at->fts_info == FTS_ERR || at->fts_info == FTS_NS) {
+        else if (at->fts_info == FTS_DNR || at->fts_info == FTS_ERR || at->fts_info == FTS_NS)
             status = cannot_read(at->fts_path, at->fts_errno);
-        }
-    }
     fts_close(walk);
     return status;
 }
@@ -138,17 +132,15 @@ static ll_status link_page(const ll_documents *documents, ll_document *page)
     char *made = NULL, path[256];
     size_t size = 0;
     FILE *out = open_memstream(&made, &size);
-    if (out == NULL) {
+    if (out == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: %s", page->address);
-    }
     for (const char *at = page->bytes, *end; *at != '\0'; at = end) {
         const char *value = strstr(at, "=\"");
         end = value != NULL ? value + 2 : at + strlen(at);
         fwrite(at, 1, (size_t)(end - at), out);
         int length = snprintf(path, sizeof path, "/%.*s", (int)strcspn(end, "\""), end);
-        if (value != NULL && length < (int)sizeof path && ll_documents_find(documents, path) != NULL) {
+        if (value != NULL && length < (int)sizeof path && ll_documents_find(documents, path) != NULL)
             fprintf(out, "%s/", documents->digest);
-        }
     }
     if (fclose(out) != 0) {
         free(made);
@@ -168,9 +160,8 @@ bool ll_document_is_page(const ll_document *document)
 ll_status ll_documents_finish(ll_documents *documents)
 {
     uint64_t all = 0;
-    if (documents->count > 0) {
+    if (documents->count > 0)
         qsort(documents->list, documents->count, sizeof *documents->list, by_address);
-    }
     for (size_t i = 0; i < documents->count; i++) {
         const ll_document *document = &documents->list[i];
         all = ll_hash(all, document->address, strlen(document->address));
@@ -179,9 +170,8 @@ ll_status ll_documents_finish(ll_documents *documents)
     snprintf(documents->digest, sizeof documents->digest, "%016llx", (unsigned long long)all);
     for (size_t i = 0; i < documents->count; i++) {
         ll_document *document = &documents->list[i];
-        if (ll_document_is_page(document) && strrchr(document->address, '/') == document->address) {
+        if (ll_document_is_page(document) && strrchr(document->address, '/') == document->address)
             LL_TRY(link_page(documents, document));
-        }
         snprintf(document->tag, sizeof document->tag, "%016llx",
                  (unsigned long long)ll_hash(0, document->bytes, document->size));
     }
@@ -192,9 +182,8 @@ void ll_documents_free(ll_documents *documents)
 {
     for (size_t i = 0; i < documents->count; i++) {
         ll_document_gzip *gzip = atomic_load(&documents->list[i].gzip);
-        if (gzip != NULL) {
+        if (gzip != NULL)
             free(gzip->bytes);
-        }
         free(gzip);
         free(documents->list[i].address);
         free(documents->list[i].bytes);
@@ -217,12 +206,10 @@ static const ll_document_gzip *make_gzip(ll_document *document)
     ll_status status = made == NULL ? ll_error(LL_NO_MEMORY, "%s", "")
                                     : ll_gzip_bytes(document->bytes, document->size, LL_GZIP_SMALLEST, NULL,
                                                     &made->bytes, &made->size);
-    if (!ll_failed(&status) && atomic_compare_exchange_strong(&document->gzip, &kept, made)) {
+    if (!ll_failed(&status) && atomic_compare_exchange_strong(&document->gzip, &kept, made))
         return made;
-    }
-    if (made != NULL) {
+    if (made != NULL)
         free(made->bytes); /* another thread was faster */
-    }
     free(made);
     return kept;
 }
@@ -230,8 +217,7 @@ static const ll_document_gzip *make_gzip(ll_document *document)
 const ll_document_gzip *ll_document_compressed(ll_document *document)
 {
     const ll_document_gzip *gzip = atomic_load(&document->gzip);
-    if (gzip == NULL && ll_document_compresses(document)) {
+    if (gzip == NULL && ll_document_compresses(document))
         gzip = make_gzip(document);
-    }
     return gzip != NULL && gzip->size < document->size ? gzip : NULL;
 }

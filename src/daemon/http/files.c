@@ -10,9 +10,8 @@ void ll_http_take_digest(http_exchange *exchange)
     const ll_documents *documents = exchange->http->app.documents;
     char *path = exchange->path;
     size_t prefix = 1 + LL_DOCUMENT_DIGEST;
-    if (strspn(path + 1, "0123456789abcdef") != LL_DOCUMENT_DIGEST || path[prefix] != '/') {
+    if (strspn(path + 1, "0123456789abcdef") != LL_DOCUMENT_DIGEST || path[prefix] != '/')
         return;
-    }
     bool ours = documents != NULL && strncmp(path + 1, documents->digest, LL_DOCUMENT_DIGEST) == 0;
     exchange->named = ours ? HTTP_OUR_DIGEST : HTTP_OTHER_DIGEST;
     memmove(path, path + prefix, strlen(path + prefix) + 1);
@@ -23,9 +22,8 @@ void ll_http_take_digest(http_exchange *exchange)
 static bool answer_code(http_exchange *exchange)
 {
     char code[LL_CODE_LENGTH + 1], to[32];
-    if (exchange->named != HTTP_ITS_ADDRESS || !ll_code_read(exchange->path + 1, code)) {
+    if (exchange->named != HTTP_ITS_ADDRESS || !ll_code_read(exchange->path + 1, code))
         return false;
-    }
     snprintf(to, sizeof to, "/#class=%s", code);
     exchange->response.status = 302;
     ll_http_set_header(&exchange->response, "Location", to);
@@ -43,9 +41,8 @@ void ll_http_file(http_exchange *exchange)
     ll_document *document =
         documents != NULL && length < (int)sizeof name ? ll_documents_find(documents, name) : NULL;
     /* A page has only the address that people know. */
-    if (document != NULL && !(ll_document_is_page(document) && exchange->named != HTTP_ITS_ADDRESS)) {
+    if (document != NULL && !(ll_document_is_page(document) && exchange->named != HTTP_ITS_ADDRESS))
         exchange->response.document = document;
-    } else if (!answer_code(exchange)) {
+    else if (!answer_code(exchange))
         ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "path not found");
-    }
 }

@@ -30,9 +30,8 @@ static http_connection *watched_of(struct MHD_Connection *connection)
 static http_connection *watch_connection(ll_http *http, struct MHD_Connection *connection)
 {
     http_connection *watched = calloc(1, sizeof *watched);
-    if (watched == NULL) {
+    if (watched == NULL)
         return NULL;
-    }
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     const struct sockaddr *address = info != NULL ? info->client_addr : NULL;
@@ -45,9 +44,8 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
     ll_http_set_deadline(watched, http->config.head_timeout_s);
     pthread_mutex_lock(&http->watch_lock);
     watched->next = http->first;
-    if (http->first != NULL) {
+    if (http->first != NULL)
         http->first->previous = watched;
-    }
     http->first = watched;
     pthread_mutex_unlock(&http->watch_lock);
     return watched;
@@ -60,9 +58,8 @@ static void forget_connection(http_connection *watched)
     ll_http *http = watched->http;
     pthread_mutex_lock(&http->watch_lock);
     *(watched->previous != NULL ? &watched->previous->next : &http->first) = watched->next;
-    if (watched->next != NULL) {
+    if (watched->next != NULL)
         watched->next->previous = watched->previous;
-    }
     pthread_mutex_unlock(&http->watch_lock);
     ll_connection_limiter_leave(http->connection_limiter, &watched->pass);
     free(watched);
@@ -101,9 +98,8 @@ void ll_http_watch(ll_http *http, int64_t now_ns)
     pthread_mutex_lock(&http->watch_lock);
     bool check = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
-        if (watched->task != NULL && has_hung_up(watched->fd)) {
+        if (watched->task != NULL && has_hung_up(watched->fd))
             ll_task_stop(watched->task, LL_TASK_CLIENT_GONE);
-        }
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;
         if (late || (check && atomic_load_explicit(&watched->idle, memory_order_relaxed) &&
@@ -148,9 +144,8 @@ static void name_client(http_exchange *exchange)
     const char *proto = ll_http_header(request, "X-Forwarded-Proto");
     const char *host = ll_http_header(request, "X-Forwarded-Host");
     request->tls = proto != NULL && strcasecmp(proto, "https") == 0;
-    if (host != NULL && ll_allow_host(&exchange->http->allow, (ll_text){host, strlen(host)})) {
+    if (host != NULL && ll_allow_host(&exchange->http->allow, (ll_text){host, strlen(host)}))
         request->host = host;
-    }
 }
 
 /* Splits a target in absolute form (RFC 9112 3.2.2): its host counts, and the header Host does not. `url` is
@@ -163,9 +158,8 @@ static bool set_target(http_exchange *exchange, const char *url)
     exchange->host = ll_http_header(&exchange->request, "Host");
     exchange->path = strdup(path);
     exchange->parameters = malloc(strlen(path) + 1);
-    if (host != 0) {
+    if (host != 0)
         exchange->host = exchange->authority = strndup(url + scheme, host);
-    }
     return exchange->path != NULL && exchange->parameters != NULL && (host == 0 || exchange->host != NULL);
 }
 
@@ -186,9 +180,8 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
                                    const char *method)
 {
     http_exchange *exchange = calloc(1, sizeof *exchange);
-    if (exchange == NULL) {
+    if (exchange == NULL)
         return NULL;
-    }
     exchange->http = http;
     exchange->connection = connection;
     exchange->watched = watched_of(connection);
@@ -208,9 +201,8 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
         exchange->request.proxied = exchange->watched->proxied;
-        if (exchange->request.proxied) {
+        if (exchange->request.proxied)
             name_client(exchange);
-        }
     }
     name_request(exchange);
     atomic_fetch_add_explicit(&http->requests, 1, memory_order_relaxed);
@@ -229,9 +221,8 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
         ll_http_set_deadline(watched, http->config.idle_timeout_s);
         atomic_store_explicit(&watched->idle, true, memory_order_relaxed);
     }
-    if (exchange == NULL) {
+    if (exchange == NULL)
         return;
-    }
     if (http->app.done != NULL) {
         http->app.done(http->app.context, &exchange->request, exchange->route, exchange->response.status,
                        (double)(ll_now_ns() - exchange->begin_ns) * 1e-9);
@@ -272,9 +263,8 @@ static void *on_request_line(void *closure, const char *uri, struct MHD_Connecti
     http_connection *watched = watched_of(connection);
     if (watched != NULL) {
         const char *fault = uri != NULL ? ll_target_fault(uri) : NULL;
-        if (fault != NULL) {
+        if (fault != NULL)
             refuse_target(watched, fault);
-        }
         watched->target_end = uri != NULL ? (uintptr_t)uri + strlen(uri) : 0;
         ll_http_set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
@@ -329,9 +319,8 @@ static bool has_body(const http_exchange *exchange)
 
 static void set_idle(http_exchange *exchange, bool idle)
 {
-    if (exchange->watched != NULL) {
+    if (exchange->watched != NULL)
         atomic_store_explicit(&exchange->watched->idle, idle, memory_order_relaxed);
-    }
 }
 
 static enum MHD_Result on_request(void *closure, struct MHD_Connection *connection, const char *url,
@@ -342,21 +331,17 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
     http_exchange *exchange = *context;
     if (exchange == NULL) {
         const http_connection *watched = watched_of(connection);
-        if (watched != NULL && watched->faulty) {
+        if (watched != NULL && watched->faulty)
             return MHD_NO;
-        }
         exchange = *context = new_exchange(http, connection, url, method);
-        if (exchange == NULL) {
+        if (exchange == NULL)
             return MHD_NO;
-        }
         ll_http_begin(exchange, method, version);
-        if (exchange->upgraded) {
+        if (exchange->upgraded)
             return MHD_NO;
-        }
         ll_http_deadline(exchange, http->config.body_timeout_s);
-        if (answer_early(exchange)) {
+        if (answer_early(exchange))
             return ll_http_send(exchange);
-        }
         set_idle(exchange, has_body(exchange)); /* do not wait for a client that disconnects meanwhile */
         return MHD_YES;
     }
@@ -366,9 +351,8 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         return exchange->swallowed > HTTP_SWALLOW ? MHD_NO : MHD_YES;
     }
     set_idle(exchange, false);
-    if (exchange->phase == HTTP_BODY) {
+    if (exchange->phase == HTTP_BODY)
         return ll_http_handle(exchange) ? ll_http_send(exchange) : MHD_YES;
-    }
     return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? ll_http_send(exchange)
                                                                             : MHD_YES;
 }
@@ -410,9 +394,8 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
                         ll_http **result)
 {
     ll_http *http = calloc(1, sizeof *http);
-    if (http == NULL) {
+    if (http == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: HTTP");
-    }
     http->config = *config;
     http->app = *app;
     http->allow = *allow;
@@ -423,9 +406,8 @@ ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *a
     pthread_mutex_init(&http->job_lock, NULL);
     pthread_cond_init(&http->job_there, NULL);
     pthread_cond_init(&http->work_done, NULL);
-    if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
+    if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0)
         http->request_seed = (uint64_t)ll_now_ns(); /* ids must only differ */
-    }
     while (http->control_threads < config->control_threads && ll_http_start_control(http)) {
     }
     http->daemon = http->control_threads > 0 ? start_daemon(http) : NULL;
@@ -447,9 +429,8 @@ void ll_http_stop(ll_http *http)
 {
     ll_http_stop_control(http);
     ll_http_stop_tasks(http); /* both resume suspended connections, as the library requires */
-    if (http->daemon != NULL) {
+    if (http->daemon != NULL)
         MHD_stop_daemon(http->daemon);
-    }
     LL_ASSERT(http->first == NULL);
     pthread_mutex_destroy(&http->watch_lock);
     pthread_mutex_destroy(&http->job_lock);

@@ -10,19 +10,17 @@ void ll_http_problem_as(ll_http_response *response, const ll_http_request *reque
 {
     cJSON *problem = ll_http_problem_json(status, error, request != NULL ? request->path : NULL);
     ll_http_json(response, status, problem);
-    if (!response->failed) {
+    if (!response->failed)
         snprintf(response->type, sizeof response->type, "application/problem+json");
-    }
 }
 
 void ll_http_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
     int status = ll_http_problem_status(error->code);
-    if (status == 429 || status == 503) {
+    if (status == 429 || status == 503)
         ll_http_problem_later(response, request, status, 5, error);
-    } else {
+    else
         ll_http_problem_as(response, request, status, error);
-    }
 }
 
 void ll_http_problem_later(ll_http_response *response, const ll_http_request *request, int status,

@@ -14,9 +14,8 @@ const char *ll_http_query(const ll_http_request *request, const char *name)
     const char *value = NULL;
     size_t size;
     if (MHD_lookup_connection_value_n(exchange->connection, MHD_GET_ARGUMENT_KIND, name, strlen(name), &value,
-                                      &size) == MHD_NO) {
+                                      &size) == MHD_NO)
         return NULL;
-    }
     return value != NULL ? value : "";
 }
 
@@ -33,16 +32,14 @@ static enum MHD_Result add_line(void *closure, enum MHD_ValueKind kind, const ch
 {
     (void)kind;
     header_lines *lines = closure;
-    if (strcasecmp(name, lines->name) != 0) {
+    if (strcasecmp(name, lines->name) != 0)
         return MHD_YES;
-    }
     lines->value = value != NULL ? value : "";
     size_t size = strlen(lines->value);
     lines->count++;
     lines->size += size + 2;
-    while (size > 0 && (lines->value[size - 1] == ' ' || lines->value[size - 1] == '\t')) {
+    while (size > 0 && (lines->value[size - 1] == ' ' || lines->value[size - 1] == '\t'))
         size--;
-    }
     if (lines->joined != NULL) {
         memcpy(lines->joined, lines->value, size);
         memcpy(lines->joined + size, ", ", 2);
@@ -65,9 +62,8 @@ const char *ll_http_header(const ll_http_request *request, const char *name)
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_line, &lines);
     bool plain = lines.count == 0 || (lines.count == 1 && !ends_with_space(lines.value));
     http_value *kept = plain ? NULL : malloc(sizeof *kept + lines.size);
-    if (kept == NULL) {
+    if (kept == NULL)
         return lines.value;
-    }
     lines.joined = kept->text;
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_line, &lines);
     lines.joined[-2] = '\0';
@@ -79,9 +75,8 @@ const char *ll_http_header(const ll_http_request *request, const char *name)
 void ll_http_set_header(ll_http_response *response, const char *name, const char *value)
 {
     int i = 0;
-    while (i < response->headers && strcasecmp(response->header[i].name, name) != 0) {
+    while (i < response->headers && strcasecmp(response->header[i].name, name) != 0)
         i++;
-    }
     if (i == LL_HTTP_HEADERS) {
         response->failed = true;
         return;
@@ -90,9 +85,8 @@ void ll_http_set_header(ll_http_response *response, const char *name, const char
     snprintf(response->header[i].value, sizeof response->header[i].value, "%s", value);
     /* Cuts at a line break, which would start another header. */
     response->header[i].value[strcspn(response->header[i].value, "\r\n")] = '\0';
-    if (i == response->headers) {
+    if (i == response->headers)
         response->headers++;
-    }
 }
 
 /* Reserves `size` more bytes and a NUL. */
@@ -103,9 +97,8 @@ static bool reserve(ll_http_response *response, size_t size)
         return false;
     }
     size_t needed = response->size + size + 1;
-    if (needed <= response->capacity) {
+    if (needed <= response->capacity)
         return true;
-    }
     size_t capacity = response->capacity < 512 ? 1024 : 2 * response->capacity;
     capacity = capacity < needed ? needed : capacity;
     char *bytes = realloc(response->bytes, capacity);
@@ -143,12 +136,10 @@ void ll_http_printf(ll_http_response *response, const char *format, ...)
 void ll_http_clear(ll_http_response *response)
 {
     free(response->bytes);
-    if (response->file != NULL) {
+    if (response->file != NULL)
         fclose(response->file);
-    }
-    if (response->reader_free != NULL) {
+    if (response->reader_free != NULL)
         response->reader_free(response->reader_context);
-    }
     *response = (ll_http_response){.status = 200};
 }
 
@@ -209,13 +200,11 @@ bool ll_http_matches_tag(const char *header, const char *tag)
     size_t size = strlen(tag);
     for (const char *at = header; at != NULL && *at != '\0'; at += strcspn(at, ",")) {
         at += strspn(at, ", \t");
-        if (*at == '*') {
+        if (*at == '*')
             return true;
-        }
         at += strncmp(at, "W/", 2) == 0 ? 2 : 0;
-        if (strncmp(at, tag, size) == 0) {
+        if (strncmp(at, tag, size) == 0)
             return true;
-        }
     }
     return false;
 }
@@ -241,11 +230,10 @@ bool ll_http_takes_gzip(const ll_http_request *request)
     while (at != NULL && *at != '\0') {
         at += strspn(at, " \t,");
         size_t whole = strcspn(at, ","), name = strcspn(at, ",; \t");
-        if (name == 4 && strncasecmp(at, "gzip", name) == 0) {
+        if (name == 4 && strncasecmp(at, "gzip", name) == 0)
             named = quality_of(at, whole);
-        } else if (name == 1 && *at == '*') {
+        else if (name == 1 && *at == '*')
             star = quality_of(at, whole);
-        }
         at += whole;
     }
     return (named >= 0 ? named : star) > 0;
@@ -257,12 +245,10 @@ bool ll_http_takes_gzip(const ll_http_request *request)
 static int fit(const char *range, size_t size, const char *type)
 {
     size_t main_size = strcspn(type, "/") + 1;
-    if (size == 3 && memcmp(range, "*/*", 3) == 0) {
+    if (size == 3 && memcmp(range, "*/*", 3) == 0)
         return 1;
-    }
-    if (size == main_size + 1 && range[size - 1] == '*' && strncasecmp(range, type, main_size) == 0) {
+    if (size == main_size + 1 && range[size - 1] == '*' && strncasecmp(range, type, main_size) == 0)
         return 2;
-    }
     return size == strlen(type) && strncasecmp(range, type, size) == 0 ? 3 : 0;
 }
 
@@ -282,8 +268,7 @@ bool ll_http_accepts(const ll_http_request *request, const char *type, double *q
         }
         at += whole;
     }
-    if (quality != NULL) {
+    if (quality != NULL)
         *quality = best_quality;
-    }
     return best_quality > 0;
 }

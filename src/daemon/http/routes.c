@@ -23,26 +23,22 @@ static bool match(const char *pattern, char *pieces, const char *parameter[LL_HT
     int count = 0;
     while (*pattern != '\0') {
         if (*pattern != '{') {
-            if (*pattern++ != *pieces++) {
+            if (*pattern++ != *pieces++)
                 return false;
-            }
             continue;
         }
         size_t name = strcspn(pattern, "}");
         bool rest = name > 0 && pattern[name - 1] == '*';
         size_t length = rest ? strlen(pieces) : strcspn(pieces, "/");
         pattern += name + 1;
-        if (length == 0 || count == LL_HTTP_PARAMETERS || (*pattern == '\0' && pieces[length] != '\0')) {
+        if (length == 0 || count == LL_HTTP_PARAMETERS || (*pattern == '\0' && pieces[length] != '\0'))
             return false;
-        }
         parameter[count++] = pieces;
         pieces += length;
-        if (*pattern != '\0' && *pattern++ != *pieces) {
+        if (*pattern != '\0' && *pattern++ != *pieces)
             return false;
-        }
-        if (*pieces != '\0') {
+        if (*pieces != '\0')
             *pieces++ = '\0';
-        }
     }
     return *pieces == '\0';
 }
@@ -62,17 +58,14 @@ static const ll_http_route *find(http_exchange *exchange, char *allow, size_t al
     const char *pattern = NULL;
     *allow = '\0';
     for (int i = 0; i < app->route_count; i++) {
-        if (pattern != NULL && strcmp(pattern, app->routes[i].pattern) != 0) {
+        if (pattern != NULL && strcmp(pattern, app->routes[i].pattern) != 0)
             continue;
-        }
         if ((exchange->named != HTTP_ITS_ADDRESS && !app->routes[i].document) ||
-            !matches(exchange, &app->routes[i])) {
+            !matches(exchange, &app->routes[i]))
             continue;
-        }
         pattern = app->routes[i].pattern;
-        if (strcmp(app->routes[i].method, exchange->request.method) == 0) {
+        if (strcmp(app->routes[i].method, exchange->request.method) == 0)
             return &app->routes[i];
-        }
         if (strstr(allow, app->routes[i].method) == NULL) {
             size_t used = strlen(allow);
             snprintf(allow + used, allow_size - used, "%s%s%s", used > 0 ? ", " : "", app->routes[i].method,
@@ -90,9 +83,8 @@ static bool is_type(const char *list, const char *type)
     while (*list != '\0') {
         list += strspn(list, ", ");
         size_t length = strcspn(list, ", ");
-        if (length == size && strncasecmp(list, type, size) == 0) {
+        if (length == size && strncasecmp(list, type, size) == 0)
             return true;
-        }
         list += length;
     }
     return false;
@@ -115,9 +107,8 @@ static bool origin_refused(http_exchange *exchange)
     bool reads = strcmp(exchange->request.method, "GET") == 0;
     bool allowed = ll_allow_origin(allow, origin, host);
     exchange->cross_origin = origin.at != NULL && allowed && !ll_allow_origin(&(ll_allow){0}, origin, host);
-    if (reads) {
+    if (reads)
         return false;
-    }
     if (!allowed || (origin.at == NULL && site != NULL && strcasecmp(site, "cross-site") == 0)) {
         ll_http_refuse(exchange, 403, LL_FORBIDDEN, "Origin",
                        "Origin not allowed to change anything; see --allow-origin");
@@ -128,9 +119,8 @@ static bool origin_refused(http_exchange *exchange)
 
 static bool preflight(http_exchange *exchange, const char *allow)
 {
-    if (strcmp(exchange->request.method, "OPTIONS") != 0 || *allow == '\0') {
+    if (strcmp(exchange->request.method, "OPTIONS") != 0 || *allow == '\0')
         return false;
-    }
     char methods[120];
     snprintf(methods, sizeof methods, "%s, OPTIONS", allow);
     exchange->response.status = 204;
@@ -169,9 +159,8 @@ static bool pass_on(http_exchange *exchange, const ll_upgrade *upgrade)
 {
     http_connection *watched = exchange->watched;
     int fd = watched != NULL ? fcntl(watched->fd, F_DUPFD_CLOEXEC, 0) : -1, on = 1, off = 0;
-    if (fd < 0) {
+    if (fd < 0)
         return false;
-    }
     ll_http_set_deadline(watched, 0);
     setsockopt(fd, IPPROTO_TCP, TCP_CORK, &off, sizeof off); /* the library corks it */
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -195,10 +184,8 @@ static void begin_stream(http_exchange *exchange, bool http11)
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
     if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
-        if (http->app.started != NULL &&
-            !http->app.started(http->app.context, request, &exchange->response)) {
+        if (http->app.started != NULL && !http->app.started(http->app.context, request, &exchange->response))
             return;
-        }
         static const char *const names[LL_STREAM_KINDS] = {"session", "experiment", "class"};
         error = ll_error(LL_NOT_FOUND, "%s not found", names[upgrade.kind]);
         status = 404;
@@ -255,9 +242,8 @@ static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, cons
     counts->fault = counts->fault != NULL ? counts->fault : fault;
     counts->gap = counts->gap || !follows(counts->end, (uintptr_t)name, 1, 2);
     counts->end = (uintptr_t)value + value_size;
-    if (strcasecmp(name, "Transfer-Encoding") == 0) {
+    if (strcasecmp(name, "Transfer-Encoding") == 0)
         counts->coding = value;
-    }
     const struct {
         const char *name;
         int *count;
@@ -267,9 +253,8 @@ static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, cons
                    {"Origin", &counts->origin},
                    {"Content-Type", &counts->type},
                    {"Authorization", &counts->authorization}};
-    for (size_t i = 0; i < sizeof counted / sizeof *counted; i++) {
+    for (size_t i = 0; i < sizeof counted / sizeof *counted; i++)
         *counted[i].count += strcasecmp(name, counted[i].name) == 0;
-    }
     return MHD_YES;
 }
 
@@ -327,9 +312,8 @@ static void begin_body(http_exchange *exchange)
 {
     const ll_http_route *route = exchange->route;
     uint64_t length;
-    if (!has_body(exchange, &length)) {
+    if (!has_body(exchange, &length))
         return;
-    }
     const char *type = ll_http_header(&exchange->request, "Content-Type");
     const char *coding = ll_http_header(&exchange->request, "Content-Encoding");
     exchange->body_limit = route->body_limit;
@@ -355,9 +339,8 @@ static void begin_body(http_exchange *exchange)
 static enum MHD_Result check_shard(http_exchange *exchange, const char *value)
 {
     const char *own = exchange->http->app.shard;
-    if (value != NULL && strcmp(value, own) == 0) {
+    if (value != NULL && strcmp(value, own) == 0)
         return MHD_YES;
-    }
     ll_http_refuse(exchange, 400, LL_BAD_INPUT, "shard",
                    "shard: must be %s, the name of this daemon; got %.40s", own,
                    value != NULL ? value : "empty");
@@ -371,17 +354,14 @@ static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, co
     (void)kind;
     http_exchange *exchange = closure;
     const char *shard = exchange->http->app.shard;
-    if (shard != NULL && *shard != '\0' && strcmp(name, "shard") == 0) {
+    if (shard != NULL && *shard != '\0' && strcmp(name, "shard") == 0)
         return check_shard(exchange, value);
-    }
     const char *known = exchange->route->query;
     size_t size = strlen(name);
     for (const char *at = known; *at != '\0';
-         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ",")) {
-        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0) {
+         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ","))
+        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0)
             return MHD_YES;
-        }
-    }
     ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "query: %.60s is unknown; %s%s", name,
                    *known != '\0' ? "must be one of " : "none is allowed", known);
     exchange->refused = true;
@@ -390,9 +370,8 @@ static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, co
 
 static void check_query(http_exchange *exchange)
 {
-    if (exchange->route->query != NULL) {
+    if (exchange->route->query != NULL)
         MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, check_argument, exchange);
-    }
 }
 
 void ll_http_begin(http_exchange *exchange, const char *method, const char *version)
@@ -402,9 +381,8 @@ void ll_http_begin(http_exchange *exchange, const char *method, const char *vers
     ll_stream_kind kind;
     char allow[96], id[65];
     exchange->refused = true;
-    if (head_refused(exchange, method, version)) {
+    if (head_refused(exchange, method, version))
         return;
-    }
     if (ll_http_header(request, "Host") == NULL && is_http11(version)) {
         ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "Host: required in HTTP/1.1");
         return;
@@ -424,9 +402,8 @@ void ll_http_begin(http_exchange *exchange, const char *method, const char *vers
     if (strcmp(request->method, "OPTIONS") == 0 && exchange->route == NULL) {
         origin_refused(exchange);
         ll_http_clear(&exchange->response);
-        if (preflight(exchange, page ? "GET, HEAD" : allow)) {
+        if (preflight(exchange, page ? "GET, HEAD" : allow))
             return;
-        }
     }
     if (exchange->route == NULL && !page) {
         refuse_method(exchange, allow);
@@ -436,9 +413,8 @@ void ll_http_begin(http_exchange *exchange, const char *method, const char *vers
         exchange->refused = false;
         if (exchange->route != NULL) {
             begin_body(exchange);
-            if (!exchange->refused) {
+            if (!exchange->refused)
                 check_query(exchange);
-            }
         }
     }
 }
@@ -447,9 +423,8 @@ bool ll_http_handle(http_exchange *exchange)
 {
     ll_http_deadline(exchange, 0);
     exchange->phase = HTTP_READY;
-    if (exchange->refused) {
+    if (exchange->refused)
         return true;
-    }
     if (exchange->route == NULL) {
         ll_http_file(exchange);
         return true;
@@ -460,18 +435,16 @@ bool ll_http_handle(http_exchange *exchange)
         ll_http_run_handler(exchange);
         return true;
     }
-    if (exchange->request.body_size > HTTP_SHORT_BODY) {
+    if (exchange->request.body_size > HTTP_SHORT_BODY)
         run_on = LL_HTTP_TASK;
-    }
     exchange->phase = HTTP_WAITING;
     /* Suspends first: the other thread may finish before this returns. */
     MHD_suspend_connection(exchange->connection);
     ll_status status = ll_ok();
-    if (run_on == LL_HTTP_TASK) {
+    if (run_on == LL_HTTP_TASK)
         status = ll_http_start_task(exchange->http, exchange);
-    } else if (!ll_http_queue(exchange->http, exchange)) {
+    else if (!ll_http_queue(exchange->http, exchange))
         status = ll_error(LL_UNAVAILABLE, "too many requests are waiting");
-    }
     if (ll_failed(&status)) {
         ll_http_problem(&exchange->response, &exchange->request, &status);
         exchange->phase = HTTP_READY;

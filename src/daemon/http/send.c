@@ -42,27 +42,24 @@ static ssize_t read_piece(void *closure, uint64_t offset, char *buffer, size_t c
 {
     body_reader *reader = closure;
     int64_t size = reader->read(reader->context, offset, buffer, capacity);
-    if (size == 0) {
+    if (size == 0)
         return MHD_CONTENT_READER_END_OF_STREAM;
-    }
     return size > 0 && (uint64_t)size <= capacity ? (ssize_t)size : MHD_CONTENT_READER_END_WITH_ERROR;
 }
 
 static void free_reader(void *closure)
 {
     body_reader *reader = closure;
-    if (reader->free != NULL) {
+    if (reader->free != NULL)
         reader->free(reader->context);
-    }
     free(reader);
 }
 
 static struct MHD_Response *from_reader(ll_http_response *response)
 {
     body_reader *reader = malloc(sizeof *reader);
-    if (reader == NULL) {
+    if (reader == NULL)
         return NULL;
-    }
     *reader = (body_reader){response->reader, response->reader_context, response->reader_free};
     struct MHD_Response *made =
         MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32 * 1024, read_piece, reader, free_reader);
@@ -81,9 +78,8 @@ static struct MHD_Response *from_file(const ll_http_response *response)
     int fd = fcntl(fileno(response->file), F_DUPFD_CLOEXEC, 0);
     struct MHD_Response *made =
         fd < 0 ? NULL : MHD_create_response_from_fd_at_offset64(response->file_size, fd, response->file_from);
-    if (made == NULL && fd >= 0) {
+    if (made == NULL && fd >= 0)
         close(fd);
-    }
     return made;
 }
 
@@ -113,17 +109,14 @@ static struct MHD_Response *from_document(http_exchange *exchange)
         snprintf(other, sizeof other, "/%s%s", exchange->http->app.documents->digest, document->address);
         ll_http_set_header(response, "Content-Location", other);
     }
-    if (ll_http_matches_tag(ll_http_header(request, "If-None-Match"), tag)) {
+    if (ll_http_matches_tag(ll_http_header(request, "If-None-Match"), tag))
         response->status = 304; /* the library sends the length, which is that of a 200, and no body */
-    } else {
+    else
         snprintf(response->type, sizeof response->type, "%s", document->type);
-    }
-    if (gzip != NULL && response->status == 200) {
+    if (gzip != NULL && response->status == 200)
         ll_http_set_header(response, "Content-Encoding", "gzip");
-    }
-    if (gzip != NULL) {
+    if (gzip != NULL)
         return MHD_create_response_from_buffer(gzip->size, gzip->bytes, MHD_RESPMEM_PERSISTENT);
-    }
     return MHD_create_response_from_buffer(document->size, document->bytes, MHD_RESPMEM_PERSISTENT);
 }
 
@@ -140,30 +133,24 @@ static struct MHD_Response *without_body(void)
 {
     struct MHD_Response *made =
         MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 64, read_nothing, NULL, NULL);
-    if (made != NULL) {
+    if (made != NULL)
         MHD_set_response_options(made, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
-    }
     return made;
 }
 
 static struct MHD_Response *make(http_exchange *exchange)
 {
     ll_http_response *response = &exchange->response;
-    if (response->document != NULL) {
+    if (response->document != NULL)
         return from_document(exchange);
-    }
-    if (response->status == 304 || (response->reader != NULL && exchange->head)) {
+    if (response->status == 304 || (response->reader != NULL && exchange->head))
         return without_body();
-    }
-    if (response->reader != NULL) {
+    if (response->reader != NULL)
         return from_reader(response);
-    }
-    if (response->file != NULL && response->file_size > 0) {
+    if (response->file != NULL && response->file_size > 0)
         return from_file(response);
-    }
-    if (response->size == 0) {
+    if (response->size == 0)
         return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
-    }
     struct MHD_Response *made =
         MHD_create_response_from_buffer(response->size, response->bytes, MHD_RESPMEM_MUST_FREE);
     if (made != NULL) {
@@ -180,9 +167,8 @@ static void add_policy(const http_exchange *exchange, struct MHD_Response *made)
     char origins[sizeof exchange->http->config.allow_embed], policy[sizeof POLICY + sizeof origins];
     const char *embed = ll_http_query(&exchange->request, "embed");
     snprintf(origins, sizeof origins, "%s", exchange->http->config.allow_embed);
-    for (char *at = origins; (at = strpbrk(at, ",;\r\n")) != NULL;) {
+    for (char *at = origins; (at = strpbrk(at, ",;\r\n")) != NULL;)
         *at = ' '; /* each would begin another policy, directive or header */
-    }
     bool framed = exchange->route == NULL && *origins != '\0' && embed != NULL && strcmp(embed, "1") == 0;
     snprintf(policy, sizeof policy, POLICY, framed ? origins : "'none'");
     MHD_add_response_header(made, "Content-Security-Policy", policy);
@@ -207,18 +193,15 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
         cache_said = cache_said || strcmp(response->header[i].name, "Cache-Control") == 0;
         policy_said = policy_said || strcmp(response->header[i].name, "Content-Security-Policy") == 0;
     }
-    if (response->type[0] != '\0') {
+    if (response->type[0] != '\0')
         MHD_add_response_header(made, "Content-Type", response->type);
-    }
-    if (!cache_said) {
+    if (!cache_said)
         MHD_add_response_header(made, "Cache-Control", "no-store");
-    }
     MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
-    if (!policy_said && !is_part(exchange)) {
+    if (!policy_said && !is_part(exchange))
         add_policy(exchange, made);
-    }
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
                             exchange->cross_origin ? "cross-origin" : "same-origin");
     if (exchange->cross_origin) {
@@ -228,9 +211,8 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
                                 "Location, Content-Location, Retry-After, X-Request-Id, ETag, Content-Range, "
                                 "Accept-Ranges");
     }
-    if (*exchange->http->config.allow_origin != '\0') {
+    if (*exchange->http->config.allow_origin != '\0')
         MHD_add_response_header(made, "Vary", "Origin");
-    }
 }
 
 /* Compresses answers that are in memory and were made outside of the threads that read requests. Not those to
@@ -242,18 +224,15 @@ void ll_http_compress(http_exchange *exchange)
     char *bytes = NULL;
     size_t size = 0;
     if (response->status != 200 || response->size < LEAST_COMPRESSED || response->failed || exchange->head ||
-        strcmp(request->method, "GET") != 0 || !ll_gzip_compresses(response->type)) {
+        strcmp(request->method, "GET") != 0 || !ll_gzip_compresses(response->type))
         return;
-    }
     ll_http_set_header(response, "Vary", "Accept-Encoding");
-    if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) || !ll_http_takes_gzip(request)) {
+    if ((request->task == NULL && response->size > POOL_COMPRESS_MAX) || !ll_http_takes_gzip(request))
         return;
-    }
     ll_status status =
         ll_gzip_bytes(response->bytes, response->size, LL_GZIP_FAST, request->task, &bytes, &size);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return; /* the uncompressed answer is sent, without compression */
-    }
     free(response->bytes);
     response->bytes = bytes;
     response->size = response->capacity = size;
@@ -270,9 +249,8 @@ static bool count_answer(http_exchange *exchange)
 {
     ll_http *http = exchange->http;
     int64_t size = answer_size(&exchange->response), most = http->config.max_answers_mib << 20;
-    if (size <= SMALL_ANSWER) {
+    if (size <= SMALL_ANSWER)
         return true;
-    }
     if (atomic_fetch_add(&http->answer_bytes, size) + size <= most) {
         exchange->counted = size;
         return true;
@@ -300,9 +278,8 @@ enum MHD_Result ll_http_send(http_exchange *exchange)
         ll_http_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
     }
     struct MHD_Response *made = make(exchange);
-    if (made == NULL) {
+    if (made == NULL)
         return MHD_NO; /* closes the connection: not even the refusal could be made */
-    }
     add_headers(exchange, made);
     ll_http_deadline(exchange, exchange->http->config.response_timeout_s);
     enum MHD_Result result =

@@ -135,12 +135,11 @@ static void remove_from_list(ll_jobs *jobs, job **link)
 static void delete_expired(ll_jobs *jobs)
 {
     ll_time before = ll_now_ns() - KEPT;
-    for (job **link = &jobs->first; *link;) {
+    for (job **link = &jobs->first; *link;)
         if ((*link)->state != LL_JOB_RUNNING && (*link)->ended < before)
             remove_from_list(jobs, link);
         else
             link = &(*link)->next;
-    }
 }
 
 /* ---- called by handlers ---- */

@@ -73,10 +73,9 @@ static void send_progress_to_all(ll_progress *p, watched *w, const ll_experiment
     ll_time now = ll_now_ns();
     bool late = record->state == LL_EXPERIMENT_RUNNING && now - w->sent_at >= SEND_EVERY_NS;
     bool changed = late || record->done != w->done || record->state != w->state;
-    for (viewer *v = w->viewers; v; v = v->next) {
+    for (viewer *v = w->viewers; v; v = v->next)
         if (changed || !v->hello_sent)
             send_progress(p, w, v, record);
-    }
     w->done = record->done;
     w->state = record->state;
     w->sent_at = changed ? now : w->sent_at;
@@ -116,10 +115,9 @@ static void close_removed(ll_progress *p)
 static void wait_for_news(ll_progress *p)
 {
     struct timespec until = ll_deadline(CLOCK_MONOTONIC, LOOK_EVERY_NS + (p->viewers == 0 ? LL_SECOND : 0));
-    while (!p->stopping && !p->news) {
+    while (!p->stopping && !p->news)
         if (pthread_cond_timedwait(&p->wake, &p->lock, &until) != 0)
             break;
-    }
     p->news = false;
 }
 
@@ -130,10 +128,9 @@ static void *watch(void *context)
     ll_time tidied = 0;
     pthread_mutex_lock(&p->lock);
     while (!p->stopping) {
-        for (watched *w = p->first; w; w = w->next) {
+        for (watched *w = p->first; w; w = w->next)
             if (w->viewers && !w->removed)
                 poll_experiment(p, w);
-        }
         close_removed(p);
         wait_for_news(p);
         if (p->stopping || ll_now_ns() - tidied < TIDY_EVERY_NS)

@@ -103,9 +103,8 @@ static void send_problem(int fd, int status, const char *field, const char *deta
     cJSON *json = ll_http_problem_json(status, &error, NULL);
     char *body = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
     cJSON_Delete(json);
-    if (body == NULL) {
+    if (body == NULL)
         return;
-    }
     int size = snprintf(answer, sizeof answer,
                         "HTTP/1.1 %d %s\r\nContent-Type: application/problem+json\r\nContent-Length: %zu\r\n"
                         "Connection: close\r\n%s\r\n%s",
@@ -113,9 +112,8 @@ static void send_problem(int fd, int status, const char *field, const char *deta
                         status == 503 || status == 429 ? "Retry-After: 5\r\n" : "", body);
     cJSON_free(body);
     if (size > 0 && (size_t)size < sizeof answer &&
-        send(fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
+        send(fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
         return; /* the client is gone; no answer possible */
-    }
 }
 
 /* Discards input that still arrives; closing with unread bytes would reset the connection and lose the
@@ -155,9 +153,8 @@ static void hand_over(ll_acceptor *acceptor, pending_connection *a, const ll_upg
     if (upgrade == NULL) {
         /* HTTP also takes over the pass of the connection limiter, and returns it when the connection
          * ends. */
-        if (!ll_http_adopt(acceptor->http, gone.fd, (struct sockaddr *)&gone.address, gone.address_size)) {
+        if (!ll_http_adopt(acceptor->http, gone.fd, (struct sockaddr *)&gone.address, gone.address_size))
             ll_connection_limiter_leave(acceptor->connection_limiter, &gone.pass);
-        }
         return;
     }
     /* The head was only peeked at; now exactly its bytes are read. */
@@ -183,9 +180,8 @@ static void peek(ll_acceptor *acceptor, pending_connection *a)
 {
     size_t limit = (size_t)acceptor->config.max_head_bytes;
     ssize_t size = recv(a->fd, acceptor->head, limit + 1, MSG_PEEK | MSG_DONTWAIT);
-    if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) {
+    if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR))
         return;
-    }
     if (size <= 0) {
         drop(acceptor, a);
         return;
@@ -197,11 +193,10 @@ static void peek(ll_acceptor *acceptor, pending_connection *a)
         route(acceptor, a, &head);
         return;
     case LL_HEAD_INVALID:
-        if (head.fault != NULL) {
+        if (head.fault != NULL)
             refuse(acceptor, a, head.fault->status, head.fault->field, head.fault->text);
-        } else {
+        else
             refuse(acceptor, a, 400, "", "not a request of HTTP/1.1");
-        }
         return;
     case LL_HEAD_VERSION:
         refuse(acceptor, a, 505, "", "HTTP version: must be 1.1");
@@ -224,9 +219,8 @@ static void peek(ll_acceptor *acceptor, pending_connection *a)
 
 static void listen_to(ll_acceptor *acceptor, bool on)
 {
-    if (acceptor->listener < 0 || acceptor->listening == on) {
+    if (acceptor->listener < 0 || acceptor->listening == on)
         return;
-    }
     acceptor->listening = on;
     struct epoll_event interest = {.events = EPOLLIN, .data.ptr = &acceptor->listener};
     epoll_ctl(acceptor->epoll, on ? EPOLL_CTL_ADD : EPOLL_CTL_DEL, acceptor->listener, &interest);
@@ -279,9 +273,8 @@ static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *
     a->deadline_ns = ll_now_ns() + (int64_t)(acceptor->config.head_timeout_s * 1e9);
     put(&acceptor->reading, a);
     struct epoll_event interest = {.events = EPOLLIN | EPOLLRDHUP | EPOLLET, .data.ptr = a};
-    if (epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, fd, &interest) != 0) {
+    if (epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, fd, &interest) != 0)
         drop(acceptor, a);
-    }
 }
 
 static void accept_connections(ll_acceptor *acceptor)
@@ -309,9 +302,8 @@ static void accept_connections(ll_acceptor *acceptor)
 
 static void drop_all(ll_acceptor *acceptor, pending_list *list)
 {
-    while (list->first != NULL) {
+    while (list->first != NULL)
         drop(acceptor, list->first);
-    }
 }
 
 static void shut_listener(ll_acceptor *acceptor)
@@ -341,23 +333,20 @@ static void tick(ll_acceptor *acceptor)
     }
     for (pending_connection *a = acceptor->reading.first, *next; a != NULL; a = next) {
         next = a->next;
-        if (a->peeks >= MANY_PEEKS) {
+        if (a->peeks >= MANY_PEEKS)
             peek(acceptor, a);
-        }
     }
-    while (acceptor->lingering.first != NULL && acceptor->lingering.first->deadline_ns <= now) {
+    while (acceptor->lingering.first != NULL && acceptor->lingering.first->deadline_ns <= now)
         drop(acceptor, acceptor->lingering.first);
-    }
     ll_http_watch(acceptor->http, now);
 }
 
 static void on_socket(ll_acceptor *acceptor, pending_connection *a)
 {
-    if (a->list == &acceptor->reading) {
+    if (a->list == &acceptor->reading)
         peek(acceptor, a);
-    } else if (drain_input(a->fd)) {
+    else if (drain_input(a->fd))
         drop(acceptor, a);
-    }
 }
 
 static void *acceptor_main(void *argument)
@@ -373,9 +362,8 @@ static void *acceptor_main(void *argument)
         for (int i = 0; i < count; i++) {
             void *about = events[i].data.ptr;
             if (about == &acceptor->listener) {
-                if (acceptor->listening) {
+                if (acceptor->listening)
                     accept_connections(acceptor);
-                }
             } else if (about == &acceptor->event) {
                 eventfd_t value;
                 eventfd_read(acceptor->event, &value);
@@ -383,9 +371,8 @@ static void *acceptor_main(void *argument)
                 on_socket(acceptor, about);
             }
         }
-        if (atomic_load(&acceptor->close_listener) && acceptor->listener >= 0) {
+        if (atomic_load(&acceptor->close_listener) && acceptor->listener >= 0)
             shut_listener(acceptor);
-        }
         if (ll_now_ns() >= next_tick) {
             next_tick = ll_now_ns() + TICK_NS;
             tick(acceptor);
@@ -404,9 +391,8 @@ static bool split_address(const char *text, char host[128], char port[8])
     const char *colon = strrchr(text, ':');
     size_t length = colon != NULL ? (size_t)(colon - text) : 0;
     if (colon == NULL || length >= 128 || strlen(colon + 1) > 5 || colon[1] == '\0' ||
-        strspn(colon + 1, "0123456789") != strlen(colon + 1) || atoi(colon + 1) > 65535) {
+        strspn(colon + 1, "0123456789") != strlen(colon + 1) || atoi(colon + 1) > 65535)
         return false;
-    }
     bool brackets = length >= 2 && text[0] == '[' && text[length - 1] == ']';
     snprintf(host, 128, "%.*s", (int)(length - (brackets ? 2 : 0)), text + (brackets ? 1 : 0));
     snprintf(port, 8, "%s", colon + 1);
@@ -416,9 +402,8 @@ static bool split_address(const char *text, char host[128], char port[8])
 static int listen_on(const struct addrinfo *info)
 {
     int fd = socket(info->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), on = 1;
-    if (fd < 0) {
+    if (fd < 0)
         return -1;
-    }
     setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
     if (bind(fd, info->ai_addr, info->ai_addrlen) != 0 || listen(fd, 1024) != 0) {
         int error = errno;
@@ -441,17 +426,14 @@ static ll_status bind_listener(ll_acceptor *acceptor)
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE | AI_NUMERICSERV},
                     *found = NULL;
     int failed = getaddrinfo(host[0] != '\0' ? host : NULL, port, &hints, &found);
-    if (failed != 0) {
+    if (failed != 0)
         return ll_field_error(LL_BAD_INPUT, "listen", "cannot listen on %s: %s", text, gai_strerror(failed));
-    }
     errno = 0;
-    for (const struct addrinfo *info = found; info != NULL && acceptor->listener < 0; info = info->ai_next) {
+    for (const struct addrinfo *info = found; info != NULL && acceptor->listener < 0; info = info->ai_next)
         acceptor->listener = listen_on(info);
-    }
     freeaddrinfo(found);
-    if (acceptor->listener < 0) {
+    if (acceptor->listener < 0)
         return ll_field_error(LL_IO, "listen", "cannot listen on %s: %s", text, strerror(errno));
-    }
     return ll_ok();
 }
 
@@ -478,9 +460,8 @@ ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, 
 {
     ll_acceptor *acceptor = calloc(1, sizeof *acceptor + (size_t)config->max_head_bytes + 1);
     if (acceptor == NULL) {
-        if (inherited >= 0) {
+        if (inherited >= 0)
             close(inherited);
-        }
         return ll_error(LL_NO_MEMORY, "out of memory: listener");
     }
     acceptor->config = *config;
@@ -492,11 +473,10 @@ ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, 
     struct epoll_event interest = {.events = EPOLLIN, .data.ptr = &acceptor->event};
     ll_status status = ll_ok();
     if (acceptor->epoll < 0 || acceptor->event < 0 ||
-        epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, acceptor->event, &interest) != 0) {
+        epoll_ctl(acceptor->epoll, EPOLL_CTL_ADD, acceptor->event, &interest) != 0)
         status = ll_error(LL_IO, "cannot create the listener's event queue: %s", strerror(errno));
-    } else if (inherited < 0) {
+    else if (inherited < 0)
         status = bind_listener(acceptor);
-    }
     if (ll_failed(&status)) {
         ll_acceptor_stop(acceptor);
         return status;
@@ -539,9 +519,8 @@ void ll_acceptor_close_listener(ll_acceptor *acceptor)
     atomic_store(&acceptor->close_listener, true);
     eventfd_write(acceptor->event, 1);
     pthread_mutex_lock(&acceptor->closed_lock);
-    while (acceptor->started && !atomic_load(&acceptor->listener_closed)) {
+    while (acceptor->started && !atomic_load(&acceptor->listener_closed))
         pthread_cond_wait(&acceptor->closed_there, &acceptor->closed_lock);
-    }
     pthread_mutex_unlock(&acceptor->closed_lock);
 }
 
@@ -552,15 +531,12 @@ void ll_acceptor_stop(ll_acceptor *acceptor)
         eventfd_write(acceptor->event, 1);
         pthread_join(acceptor->thread, NULL);
     }
-    if (acceptor->listener >= 0) {
+    if (acceptor->listener >= 0)
         close(acceptor->listener);
-    }
-    if (acceptor->epoll >= 0) {
+    if (acceptor->epoll >= 0)
         close(acceptor->epoll);
-    }
-    if (acceptor->event >= 0) {
+    if (acceptor->event >= 0)
         close(acceptor->event);
-    }
     pthread_mutex_destroy(&acceptor->closed_lock);
     pthread_cond_destroy(&acceptor->closed_there);
     free(acceptor);

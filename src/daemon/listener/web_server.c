@@ -47,27 +47,22 @@ static ll_status start(ll_web_server *web_server, const ll_http_app *app)
 {
     const ll_web_server_config *config = &web_server->config;
     ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return status;
-    }
     status = ll_acceptor_listen(config, inherited_listener(), &web_server->acceptor);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return status;
-    }
     web_server->connection_limiter =
         ll_connection_limiter_new((int)config->max_connections, (int)config->max_connections_per_ip);
-    if (web_server->connection_limiter == NULL) {
+    if (web_server->connection_limiter == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: %d connections", (int)config->max_connections);
-    }
     status = ll_ws_start(config, web_server->connection_limiter, &web_server->ws);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return status;
-    }
     status = ll_http_start(config, app, &web_server->allow, &web_server->proxies,
                            web_server->connection_limiter, web_server->ws, &web_server->http);
-    if (ll_failed(&status)) {
+    if (ll_failed(&status))
         return status;
-    }
     return ll_acceptor_start(web_server->acceptor, &web_server->allow, &web_server->proxies,
                              web_server->connection_limiter, web_server->http, web_server->ws);
 }
@@ -76,9 +71,8 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
                              ll_web_server **result)
 {
     ll_web_server *web_server = calloc(1, sizeof *web_server);
-    if (web_server == NULL) {
+    if (web_server == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: web server");
-    }
     web_server->config = *config;
     web_server->allow =
         (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
@@ -132,35 +126,28 @@ ll_web_server_stats ll_web_server_get_stats(ll_web_server *web_server)
 
 void ll_web_server_drain(ll_web_server *web_server)
 {
-    if (web_server->drained) {
+    if (web_server->drained)
         return;
-    }
     web_server->drained = true;
-    if (web_server->acceptor != NULL) {
+    if (web_server->acceptor != NULL)
         ll_acceptor_close_listener(web_server->acceptor);
-    }
-    if (web_server->ws != NULL) {
+    if (web_server->ws != NULL)
         ll_ws_drain(web_server->ws, web_server->config.drain_s);
-    }
     ll_log_write("info", "web server", "web server stopped accepting; viewers have left");
 }
 
 void ll_web_server_close(ll_web_server *web_server)
 {
-    if (web_server == NULL) {
+    if (web_server == NULL)
         return;
-    }
     ll_web_server_drain(web_server);
     /* Its thread watches HTTP connections, and must not hand one over to a part that is stopped. */
-    if (web_server->acceptor != NULL) {
+    if (web_server->acceptor != NULL)
         ll_acceptor_stop(web_server->acceptor);
-    }
-    if (web_server->http != NULL) {
+    if (web_server->http != NULL)
         ll_http_stop(web_server->http);
-    }
-    if (web_server->ws != NULL) {
+    if (web_server->ws != NULL)
         ll_ws_free(web_server->ws);
-    }
     ll_connection_limiter_free(web_server->connection_limiter);
     free(web_server);
 }

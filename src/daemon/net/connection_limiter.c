@@ -26,14 +26,12 @@ struct ll_connection_limiter {
 ll_connection_limiter *ll_connection_limiter_new(int max_total, int max_per_ip)
 {
     uint32_t places = 64;
-    while (places < 2 * (uint32_t)max_total) {
+    while (places < 2 * (uint32_t)max_total)
         places *= 2;
-    }
     ll_connection_limiter *connection_limiter =
         calloc(1, sizeof *connection_limiter + places * sizeof(connection_limiter_slot));
-    if (connection_limiter == NULL) {
+    if (connection_limiter == NULL)
         return NULL;
-    }
     pthread_mutex_init(&connection_limiter->lock, NULL);
     connection_limiter->max_total = max_total;
     connection_limiter->max_per_ip = max_per_ip;
@@ -75,9 +73,8 @@ static uint32_t find(const ll_connection_limiter *connection_limiter, const uint
 {
     uint32_t at = home_of(connection_limiter, address);
     while (connection_limiter->place[at].count > 0 &&
-           memcmp(connection_limiter->place[at].address, address, 16) != 0) {
+           memcmp(connection_limiter->place[at].address, address, 16) != 0)
         at = (at + 1) & connection_limiter->mask;
-    }
     return at;
 }
 
@@ -98,9 +95,8 @@ static void remove_at(ll_connection_limiter *connection_limiter, uint32_t hole)
 ll_connection_limiter_answer ll_connection_limiter_enter(ll_connection_limiter *connection_limiter,
                                                          const ll_connection_limiter_pass *pass)
 {
-    if (!pass->valid) {
+    if (!pass->valid)
         return LL_CONNECTION_LIMITER_OPEN;
-    }
     ll_connection_limiter_answer answer = LL_CONNECTION_LIMITER_OPEN;
     pthread_mutex_lock(&connection_limiter->lock);
     connection_limiter_slot *place =
@@ -123,18 +119,16 @@ ll_connection_limiter_answer ll_connection_limiter_enter(ll_connection_limiter *
 void ll_connection_limiter_leave(ll_connection_limiter *connection_limiter,
                                  const ll_connection_limiter_pass *pass)
 {
-    if (!pass->valid) {
+    if (!pass->valid)
         return;
-    }
     pthread_mutex_lock(&connection_limiter->lock);
     LL_ASSERT(connection_limiter->total > 0);
     connection_limiter->total--;
     if (!pass->many) {
         uint32_t at = find(connection_limiter, pass->address);
         LL_ASSERT(connection_limiter->place[at].count > 0);
-        if (--connection_limiter->place[at].count == 0) {
+        if (--connection_limiter->place[at].count == 0)
             remove_at(connection_limiter, at);
-        }
     }
     pthread_mutex_unlock(&connection_limiter->lock);
 }

@@ -66,11 +66,9 @@ const char *ll_http_reason(int status)
                  {503, "Service Unavailable"},
                  {505, "HTTP Version Not Supported"},
                  {507, "Insufficient Storage"}};
-    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-        if (known[i].status == status) {
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        if (known[i].status == status)
             return known[i].reason;
-        }
-    }
     return "Error";
 }
 
@@ -81,9 +79,8 @@ cJSON *ll_http_problem_json(int status, const ll_status *error, const char *inst
                  cJSON_AddStringToObject(problem, "title", ll_http_reason(status)) != NULL &&
                  cJSON_AddNumberToObject(problem, "status", status) != NULL &&
                  cJSON_AddStringToObject(problem, "detail", error->text) != NULL;
-    if (instance != NULL) {
+    if (instance != NULL)
         whole = cJSON_AddStringToObject(problem, "instance", instance) != NULL && whole;
-    }
     if (error->field[0] != '\0') {
         cJSON *errors = cJSON_AddArrayToObject(problem, "errors"), *entry = cJSON_CreateObject();
         whole = cJSON_AddItemToArray(errors, entry) && whole;

@@ -87,10 +87,9 @@ static bool is_in(const ll_network *network, const uint8_t address[16])
 
 static bool is_trusted(const ll_proxies *proxies, const uint8_t address[16])
 {
-    for (int i = 0; i < proxies->count; i++) {
+    for (int i = 0; i < proxies->count; i++)
         if (is_in(&proxies->network[i], address))
             return true;
-    }
     return false;
 }
 

@@ -268,11 +268,10 @@ static ll_status open_writer(ll_database *database)
                      NULL) != SQLITE_OK)
         return failure(database, database->writer, "Opening");
     LL_TRY(prepare_schema(database));
-    for (int i = 0; i < STATEMENTS; i++) {
+    for (int i = 0; i < STATEMENTS; i++)
         if (sqlite3_prepare_v3(database->writer, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
                                &database->prepared[i], NULL) != SQLITE_OK)
             return failure(database, database->writer, "Opening");
-    }
     return ll_ok();
 }
 

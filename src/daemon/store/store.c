@@ -165,10 +165,9 @@ static void write_batch(ll_store *store)
     pthread_mutex_unlock(&store->lock);
     if (!ll_failed(&status))
         free_records(batch);
-    for (int i = 0; i < HOOKS; i++) {
+    for (int i = 0; i < HOOKS; i++)
         if (hooks[i].notify)
             hooks[i].notify(hooks[i].context);
-    }
     pthread_mutex_lock(&store->lock);
 }
 

@@ -13,9 +13,8 @@ void ll_ws_count(atomic_ullong *counter, uint64_t n)
 /* The thread processes its queue after it has cleared `wake_pending`. */
 void ll_ws_wake(ws_thread *thread)
 {
-    if (!atomic_exchange(&thread->wake_pending, true)) {
+    if (!atomic_exchange(&thread->wake_pending, true))
         eventfd_write(thread->event_fd, 1);
-    }
 }
 
 ws_command *ll_ws_command_new(ws_command_kind kind, const char *text, size_t size)
@@ -24,9 +23,8 @@ ws_command *ll_ws_command_new(ws_command_kind kind, const char *text, size_t siz
     if (command != NULL) {
         command->kind = kind;
         command->size = size;
-        if (size > 0) {
+        if (size > 0)
             memcpy(command->text, text, size);
-        }
     }
     return command;
 }
@@ -36,16 +34,14 @@ bool ll_ws_submit(ws_thread *thread, ws_command *command)
     pthread_mutex_lock(&thread->lock);
     bool open = !thread->stopped;
     if (open) {
-        if (thread->last_command != NULL) {
+        if (thread->last_command != NULL)
             thread->last_command->next = command;
-        } else {
+        else
             thread->first_command = command;
-        }
         thread->last_command = command;
     }
     pthread_mutex_unlock(&thread->lock);
-    if (open) {
+    if (open)
         ll_ws_wake(thread);
-    }
     return open;
 }

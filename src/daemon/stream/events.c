@@ -25,9 +25,8 @@ static void note_fault(ws_viewer *viewer)
 static void close_frame_sent(ws_viewer *viewer)
 {
     note_fault(viewer);
-    if (viewer->closing.hangs_up) {
+    if (viewer->closing.hangs_up)
         shutdown(lws_get_socket_fd(viewer->wsi), SHUT_WR);
-    }
 }
 
 static int code_of(const unsigned char *payload, size_t size)
@@ -43,17 +42,15 @@ static void hear(ws_viewer *viewer)
 /* -1: the library closes the connection, after a close frame if there is a reason for one. */
 static int writable(ws_viewer *viewer)
 {
-    if (viewer->dead) {
+    if (viewer->dead)
         return -1;
-    }
     if (lws_get_close_length(viewer->wsi) > 0) {
         close_frame_sent(viewer);
         return 0;
     }
     ll_ws_viewer_writable(viewer);
-    if (viewer->closing.code == 0 || viewer->messages.first != NULL || ll_ws_socket_full(viewer)) {
+    if (viewer->closing.code == 0 || viewer->messages.first != NULL || ll_ws_socket_full(viewer))
         return 0;
-    }
     lws_close_reason(viewer->wsi, (enum lws_close_status)viewer->closing.code,
                      (unsigned char *)viewer->closing.reason, strlen(viewer->closing.reason));
     ll_ws_viewer_ends(viewer, viewer->closing.code);
@@ -93,9 +90,8 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         note_fault(viewer);
         return 0;
     case LWS_CALLBACK_WSI_DESTROY:
-        if (viewer != NULL) {
+        if (viewer != NULL)
             ll_ws_viewer_free(viewer);
-        }
         return 0;
     default:
         return 0;

@@ -60,36 +60,27 @@ static void publish_wants(ll_ws_stream *stream)
     bool anew = false;
     int64_t from_event = LL_NO_EVENT;
     for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
-        if (!v->frames.ready || v->closing.code != 0) {
+        if (!v->frames.ready || v->closing.code != 0)
             continue;
-        }
-        for (int c = 0; c < LL_CHANNELS; c++) {
+        for (int c = 0; c < LL_CHANNELS; c++)
             every[c] |= v->frames.wants >> c & 1 ? 1ULL << v->frames.subscription.every[c] : 0;
-        }
         missing |= (unsigned)(v->frames.wants & ~v->frames.has);
-        if (!(v->frames.wants >> LL_CHANNEL_LANES & 1)) {
+        if (!(v->frames.wants >> LL_CHANNEL_LANES & 1))
             continue;
-        }
-        if (v->frames.state.section[LL_RECORD_EVENTS] == NULL) {
+        if (v->frames.state.section[LL_RECORD_EVENTS] == NULL)
             anew = true;
-        } else if (next_event(v) < from_event && !loses_events(v)) {
+        else if (next_event(v) < from_event && !loses_events(v))
             from_event = next_event(v);
-        }
     }
-    for (int c = 0; c < LL_CHANNELS; c++) { /* a line that is written is gone from the publisher's cache */
-        if (atomic_load_explicit(&stream->every[c], memory_order_relaxed) != every[c]) {
+    for (int c = 0; c < LL_CHANNELS; c++) /* a line that is written is gone from the publisher's cache */
+        if (atomic_load_explicit(&stream->every[c], memory_order_relaxed) != every[c])
             atomic_store_explicit(&stream->every[c], every[c], memory_order_relaxed);
-        }
-    }
-    if (atomic_load_explicit(&stream->missing, memory_order_relaxed) != missing) {
+    if (atomic_load_explicit(&stream->missing, memory_order_relaxed) != missing)
         atomic_store_explicit(&stream->missing, missing, memory_order_relaxed);
-    }
-    if (atomic_load_explicit(&stream->anew, memory_order_relaxed) != anew) {
+    if (atomic_load_explicit(&stream->anew, memory_order_relaxed) != anew)
         atomic_store_explicit(&stream->anew, anew, memory_order_relaxed);
-    }
-    if (atomic_load_explicit(&stream->from_event, memory_order_relaxed) != from_event) {
+    if (atomic_load_explicit(&stream->from_event, memory_order_relaxed) != from_event)
         atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
-    }
     stream->wants_changed = false;
 }
 
@@ -105,9 +96,8 @@ static void ask(ll_ws_stream *stream)
 {
     const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
     if (!stream->closing && hooks->wanted != NULL &&
-        !atomic_exchange_explicit(&stream->asked, true, memory_order_acq_rel)) {
+        !atomic_exchange_explicit(&stream->asked, true, memory_order_acq_rel))
         hooks->wanted(hooks->context, stream->session);
-    }
 }
 
 void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscription)
@@ -116,9 +106,8 @@ void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscri
     viewer->frames.subscription = *subscription;
     viewer->frames.subscribed = true;
     viewer->frames.wants = 0;
-    for (int c = 0; c < LL_CHANNELS; c++) {
+    for (int c = 0; c < LL_CHANNELS; c++)
         viewer->frames.wants |= (uint16_t)((subscription->every[c] > 0) << c);
-    }
     viewer->frames.has &= viewer->frames.wants;
     viewer->frames.overdue &= viewer->frames.wants;
     viewer->stream->wants_changed = true;
@@ -129,9 +118,8 @@ static void subscribe_default(ws_viewer *viewer)
 {
     bool json = viewer->upgrade.format == LL_FRAME_JSON;
     ll_ws_subscription all = {{0}};
-    for (size_t i = 0; i < sizeof drawn / sizeof drawn[0]; i++) {
+    for (size_t i = 0; i < sizeof drawn / sizeof drawn[0]; i++)
         all.every[drawn[i]] = (uint8_t)(LL_FRAME_HZ / (json ? DEFAULT_JSON_HZ : DEFAULT_HZ));
-    }
     ll_ws_viewer_subscribe(viewer, &all);
 }
 
@@ -151,9 +139,8 @@ static void drop(ll_ws_stream *stream, ll_section **place)
 
 static void have(ll_ws_stream *stream, ll_section **place, ll_section *section)
 {
-    if (*place == section) {
+    if (*place == section)
         return;
-    }
     drop(stream, place);
     if (section->users++ == 0) { /* one reference for all of the stream's viewers */
         ll_section_retain(section);
@@ -174,9 +161,8 @@ static const ll_section *oldest_kept(const ll_ws_stream *stream)
     for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
         for (int i = 0; i < LL_RECORDS_MAX; i++) {
             const ll_section *one = v->frames.state.section[i];
-            if (one != NULL && !is_newest(stream, i, one) && (oldest == NULL || one->seq < oldest->seq)) {
+            if (one != NULL && !is_newest(stream, i, one) && (oldest == NULL || one->seq < oldest->seq))
                 oldest = one;
-            }
         }
     }
     return oldest;
@@ -187,20 +173,17 @@ static void limit_kept_sections(ll_ws_stream *stream)
     const ll_section *oldest;
     while (stream->kept_bytes > KEPT_BYTES && (oldest = oldest_kept(stream)) != NULL) {
         for (ws_viewer *v = stream->first; v != NULL; v = v->next) {
-            for (int i = 0; i < LL_RECORDS_MAX; i++) {
-                if (v->frames.state.section[i] == oldest) {
+            for (int i = 0; i < LL_RECORDS_MAX; i++)
+                if (v->frames.state.section[i] == oldest)
                     drop(stream, &v->frames.state.section[i]);
-                }
-            }
         }
     }
 }
 
 static void release_all_sections(ws_viewer *viewer)
 {
-    for (int i = 0; i < LL_RECORDS_MAX; i++) {
+    for (int i = 0; i < LL_RECORDS_MAX; i++)
         drop(viewer->stream, &viewer->frames.state.section[i]);
-    }
     viewer->frames.has = 0;
 }
 
@@ -227,9 +210,8 @@ static int credit(ws_viewer *viewer)
         (!viewer->flow.answered && viewer->thread->now_ns - viewer->frames.first_sent_ns < GRACE_NS);
     bool mute =
         !viewer->frames.ready || viewer->dead || viewer->closing.code != 0 || viewer->messages.first != NULL;
-    if (mute || ll_ws_socket_full(viewer)) {
+    if (mute || ll_ws_socket_full(viewer))
         return 0;
-    }
     return limited && !viewer->frames.fresh ? viewer->flow.window - viewer->flow.outstanding_count
                                             : WS_PENDING;
 }
@@ -242,9 +224,8 @@ static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
     for (int c = 0; c < LL_CHANNELS; c++) {
         uint32_t every =
             viewer->frames.subscription.every[c] * (uint32_t)ll_ws_pace_divisor(&viewer->flow.pace);
-        if (viewer->frames.wants >> c & 1 && (last || frame->seq % every == 0)) {
+        if (viewer->frames.wants >> c & 1 && (last || frame->seq % every == 0))
             channels |= (uint16_t)(1U << c);
-        }
     }
     channels &= viewer->frames.wants & frame->channels;
     if (viewer->frames.state.section[LL_RECORD_EVENTS] == NULL && !frame->anew) {
@@ -269,11 +250,9 @@ static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channel
     viewer->frames.last_tick = frame->tick;
     viewer->frames.last_flags = frame->flags;
     viewer->frames.generation = frame->generation;
-    for (int i = 0; i < frame->count; i++) {
-        if (frame->section[i] != NULL && channels >> frame->record[i]->channel & 1) {
+    for (int i = 0; i < frame->count; i++)
+        if (frame->section[i] != NULL && channels >> frame->record[i]->channel & 1)
             have(viewer->stream, &viewer->frames.state.section[i], frame->section[i]);
-        }
-    }
     if (viewer->flow.outstanding_count == WS_OUTSTANDING) {
         memmove(viewer->flow.outstanding, viewer->flow.outstanding + 1,
                 (WS_OUTSTANDING - 1) * sizeof *viewer->flow.outstanding);
@@ -314,9 +293,8 @@ static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_fra
                               .channels = to->channels,
                               .jump = to->jump,
                               .format = to->format};
-        if (message->failed) {
+        if (message->failed)
             return 0;
-        }
     }
     size_t size = message->size - LWS_PRE;
     ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LWS_PRE, size,
@@ -327,13 +305,11 @@ static size_t write_frame(ws_viewer *viewer, const ll_frame *frame, const ll_fra
 static void send_frame(ws_viewer *viewer, ll_frame *frame)
 {
     uint16_t channels = due(viewer, frame);
-    if (!has_changes(viewer, frame, channels)) {
+    if (!has_changes(viewer, frame, channels))
         return;
-    }
     bool jump = viewer->frames.fresh || frame->generation != viewer->frames.generation;
-    if (jump) {
+    if (jump)
         release_all_sections(viewer);
-    }
     ll_frame_delivery to = {.state = &viewer->frames.state,
                             .channels = channels,
                             .jump = jump,
@@ -352,23 +328,19 @@ static void try_latest(ws_viewer *viewer)
     ll_frame *latest = viewer->stream->latest;
     if (credit(viewer) > 0 && latest != NULL &&
         (latest->seq != viewer->frames.last_sent || viewer->frames.fresh ||
-         viewer->frames.wants & ~viewer->frames.has)) {
+         viewer->frames.wants & ~viewer->frames.has))
         send_frame(viewer, latest);
-    }
 }
 
 void ll_ws_viewer_send_newest(ws_viewer *viewer)
 {
-    if (viewer->stream == NULL) {
+    if (viewer->stream == NULL)
         return;
-    }
     try_latest(viewer);
-    if (viewer->stream->wants_changed) {
+    if (viewer->stream->wants_changed)
         publish_wants(viewer->stream);
-    }
-    if (lacks_channels(viewer)) {
+    if (lacks_channels(viewer))
         ask(viewer->stream);
-    }
 }
 
 /* ---- slow viewers ---- */
@@ -386,9 +358,8 @@ static void count_due(ws_viewer *viewer, bool missed)
 {
     int64_t now = viewer->thread->now_ns;
     int before = ll_ws_pace_divisor(&viewer->flow.pace);
-    if (missed) {
+    if (missed)
         ll_ws_count(&viewer->thread->counts.skipped, 1);
-    }
     if (ll_ws_pace_count(&viewer->flow.pace, missed, now)) {
         bool slower = ll_ws_pace_divisor(&viewer->flow.pace) > before;
         say_rate(viewer, slower ? "slow viewer" : "viewer keeps up again");
@@ -399,9 +370,8 @@ static void count_due(ws_viewer *viewer, bool missed)
 
 static void note_missed(ws_viewer *viewer, uint16_t channels)
 {
-    if (channels & ~viewer->frames.overdue & 1U << LL_CHANNEL_LANES) {
+    if (channels & ~viewer->frames.overdue & 1U << LL_CHANNEL_LANES)
         viewer->frames.overdue_ns = viewer->thread->now_ns;
-    }
     viewer->frames.overdue |= channels;
 }
 
@@ -412,14 +382,12 @@ static void offer_frames(ws_viewer *viewer, ll_frame **frames, int count)
     for (int i = 0; i < count; i++) {
         uint16_t channels = due(viewer, frames[i]);
         bool misses = i < count - may || credit(viewer) <= 0;
-        if (channels == 0 || !viewer->frames.ready) {
+        if (channels == 0 || !viewer->frames.ready)
             continue;
-        }
-        if (misses) {
+        if (misses)
             note_missed(viewer, channels);
-        } else {
+        else
             send_frame(viewer, frames[i]);
-        }
         count_due(viewer, misses);
     }
 }
@@ -430,13 +398,11 @@ void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
     ll_frame_release(stream->latest);
     stream->latest = frames[count - 1];
     stream->thread->repeated.frame = NULL; /* its bytes may have gone, and its sections' addresses too */
-    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
+    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next)
         offer_frames(viewer, frames, count);
-    }
     stream->thread->repeated.frame = NULL;
-    for (int i = 0; i < count - 1; i++) {
+    for (int i = 0; i < count - 1; i++)
         ll_frame_release(frames[i]);
-    }
     limit_kept_sections(stream);
     publish_wants(stream);
 }
@@ -445,31 +411,25 @@ void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
 
 static void adapt_window(ws_viewer *viewer, int64_t delay)
 {
-    if (viewer->flow.delay_ns == 0 || delay < viewer->flow.delay_ns) {
+    if (viewer->flow.delay_ns == 0 || delay < viewer->flow.delay_ns)
         viewer->flow.delay_ns = delay;
-    } else {
+    else
         viewer->flow.delay_ns += (delay - viewer->flow.delay_ns) / 512;
-    }
-    if (delay > viewer->flow.delay_ns + QUEUEING_NS) {
+    if (delay > viewer->flow.delay_ns + QUEUEING_NS)
         viewer->flow.window -= viewer->flow.window > 1 ? 1 : 0;
-    } else {
+    else
         viewer->flow.window += viewer->flow.window < LL_FRAME_WINDOW ? 1 : 0;
-    }
 }
 
 void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
 {
-    if (viewer->frames.fresh || (int32_t)(seq - viewer->frames.last_sent) > 0) {
+    if (viewer->frames.fresh || (int32_t)(seq - viewer->frames.last_sent) > 0)
         return; /* was never sent; ignore */
-    }
     int gone = 0;
-    while (gone < viewer->flow.outstanding_count &&
-           (int32_t)(seq - viewer->flow.outstanding[gone].seq) >= 0) {
+    while (gone < viewer->flow.outstanding_count && (int32_t)(seq - viewer->flow.outstanding[gone].seq) >= 0)
         gone++;
-    }
-    if (gone > 0 && viewer->flow.outstanding[gone - 1].seq == seq) {
+    if (gone > 0 && viewer->flow.outstanding[gone - 1].seq == seq)
         adapt_window(viewer, viewer->thread->now_ns - viewer->flow.outstanding[gone - 1].sent_ns);
-    }
     /* The same one again is no progress; one that is older than those remembered may be. */
     if (viewer->flow.acked_ns == 0 || (int32_t)(seq - viewer->flow.acked_seq) > 0) {
         viewer->flow.acked_ns = viewer->thread->now_ns;
@@ -484,9 +444,8 @@ void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
 void ll_ws_viewer_sweep_frames(ws_viewer *viewer)
 {
     int64_t waited = viewer->thread->now_ns - viewer->frames.hello_ns;
-    if (viewer->frames.ready && !viewer->frames.subscribed && waited > SUBSCRIBE_NS) {
+    if (viewer->frames.ready && !viewer->frames.subscribed && waited > SUBSCRIBE_NS)
         subscribe_default(viewer);
-    } else {
+    else
         ll_ws_viewer_send_newest(viewer); /* of a paused session, when the grace is over */
-    }
 }

@@ -34,11 +34,10 @@ void ll_ws_messages_flush(ws_viewer *viewer)
 static void enqueue(ws_viewer *viewer, ws_command *message)
 {
     message->next = NULL;
-    if (viewer->messages.last != NULL) {
+    if (viewer->messages.last != NULL)
         viewer->messages.last->next = message;
-    } else {
+    else
         viewer->messages.first = message;
-    }
     viewer->messages.last = message;
     viewer->messages.count++;
     viewer->messages.bytes += message->size;
@@ -60,18 +59,16 @@ static ws_command *message_of(cJSON *json) /* takes ownership */
 
 void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
 {
-    if (viewer->closing.code != 0 || viewer->dead) {
+    if (viewer->closing.code != 0 || viewer->dead)
         return;
-    }
     viewer->closing.code = code;
     snprintf(viewer->closing.reason, sizeof viewer->closing.reason, "%s", reason);
     cJSON *bye = cJSON_CreateObject();
     cJSON_AddStringToObject(bye, "type", "bye");
     cJSON_AddStringToObject(bye, "reason", viewer->closing.reason);
     ws_command *message = message_of(bye);
-    if (message != NULL) {
+    if (message != NULL)
         enqueue(viewer, message);
-    }
     /* The close frame is sent after the messages. A viewer that does not read is cut off
      * (ll_ws_viewer_sweep). */
     viewer->closing.since_ns = viewer->thread->now_ns;
@@ -99,7 +96,6 @@ void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)
 void ll_ws_viewer_send_json(ws_viewer *viewer, cJSON *json)
 {
     ws_command *message = message_of(json);
-    if (message != NULL) {
+    if (message != NULL)
         ll_ws_viewer_send(viewer, message);
-    }
 }

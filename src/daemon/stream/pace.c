@@ -62,11 +62,10 @@ static void judge_window(ll_ws_pace *pace)
 {
     pace->windows++;
     pace->good = pace->missed * GOOD_PART <= pace->due ? pace->good + 1 : 0;
-    if (pace->missed * SLOW_PART > pace->due && pace->step + 1 < STEPS) {
+    if (pace->missed * SLOW_PART > pace->due && pace->step + 1 < STEPS)
         slow_down(pace);
-    } else if (pace->step > 0 && pace->good > pace->patience) {
+    else if (pace->step > 0 && pace->good > pace->patience)
         change(pace, pace->step - 1);
-    }
 }
 
 bool ll_ws_pace_count(ll_ws_pace *pace, bool missed, int64_t now_ns)
@@ -74,9 +73,8 @@ bool ll_ws_pace_count(ll_ws_pace *pace, bool missed, int64_t now_ns)
     int before = pace->step;
     pace->due++;
     pace->missed += missed;
-    if (pace->since_ns != 0 && now_ns - pace->since_ns < LL_WS_PACE_WINDOW_NS) {
+    if (pace->since_ns != 0 && now_ns - pace->since_ns < LL_WS_PACE_WINDOW_NS)
         return false;
-    }
     if (pace->since_ns != 0) { /* the first frame of all only begins a window */
         judge_window(pace);
         remember(pace, now_ns);

@@ -25,9 +25,8 @@ ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
 {
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream *stream = ws->bucket[hash_of(id) % WS_BUCKETS];
-    while (stream != NULL && !is_stream(stream, kind, id)) {
+    while (stream != NULL && !is_stream(stream, kind, id))
         stream = stream->next_in_bucket;
-    }
     pthread_mutex_unlock(&ws->registry_lock);
     return stream;
 }
@@ -52,13 +51,11 @@ void ll_ws_set_hooks(ll_ws *ws, ll_stream_kind kind, const ll_ws_hooks *hooks)
 ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void *session,
                             ll_ws_stream **result)
 {
-    if (!is_stream_id(id)) {
+    if (!is_stream_id(id))
         return ll_field_error(LL_BAD_INPUT, "id", "id: must have 1 to 64 characters of A-Z a-z 0-9 _ -");
-    }
     ll_ws_stream *stream = calloc(1, sizeof *stream);
-    if (stream == NULL) {
+    if (stream == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: stream");
-    }
     uint64_t hash = hash_of(id);
     stream->ws = ws;
     stream->thread = ll_ws_thread_of(ws, id);
@@ -67,9 +64,8 @@ ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void
     memcpy(stream->id, id, strlen(id));
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream **bucket = &ws->bucket[hash % WS_BUCKETS], *other = *bucket;
-    while (other != NULL && !is_stream(other, kind, id)) {
+    while (other != NULL && !is_stream(other, kind, id))
         other = other->next_in_bucket;
-    }
     if (other == NULL) {
         stream->next_in_bucket = *bucket;
         *bucket = stream;
@@ -89,9 +85,8 @@ static void unregister(ll_ws_stream *stream)
     ll_ws *ws = stream->ws;
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream **at = &ws->bucket[hash_of(stream->id) % WS_BUCKETS];
-    while (*at != NULL && *at != stream) {
+    while (*at != NULL && *at != stream)
         at = &(*at)->next_in_bucket;
-    }
     LL_ASSERT(*at == stream);
     *at = stream->next_in_bucket;
     pthread_mutex_unlock(&ws->registry_lock);
@@ -100,9 +95,8 @@ static void unregister(ll_ws_stream *stream)
 
 void ll_ws_stream_free(ll_ws_stream *stream)
 {
-    for (int i = 0; i < stream->pending_count; i++) {
+    for (int i = 0; i < stream->pending_count; i++)
         ll_frame_release(stream->pending[i]);
-    }
     ll_frame_release(stream->latest);
     free(stream);
 }
@@ -112,9 +106,8 @@ void ll_ws_stream_destroy(ll_ws_stream *stream)
     const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
     void *session = stream->session;
     ll_ws_stream_free(stream);
-    if (hooks->released != NULL) {
+    if (hooks->released != NULL)
         hooks->released(hooks->context, session);
-    }
 }
 
 void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason)

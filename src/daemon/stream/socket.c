@@ -24,9 +24,8 @@ bool ll_ws_socket_full(const ws_viewer *viewer)
 
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, enum lws_write_protocol kind)
 {
-    if (!viewer->dead && lws_write(viewer->wsi, payload, size, kind) < 0) {
+    if (!viewer->dead && lws_write(viewer->wsi, payload, size, kind) < 0)
         ll_ws_socket_cut(viewer);
-    }
 }
 
 void ll_ws_socket_ping(ws_viewer *viewer)

@@ -24,19 +24,16 @@ static void sweep(struct ev_loop *loop, ev_timer *timer, int events)
     ws_thread *thread = ev_userdata(loop);
     (void)timer, (void)events;
     thread->now_ns = ll_now_ns();
-    for (int i = 0; i < thread->slots; i++) {
-        if (thread->slot[i] != NULL) {
+    for (int i = 0; i < thread->slots; i++)
+        if (thread->slot[i] != NULL)
             ll_ws_viewer_sweep(thread->slot[i]);
-        }
-    }
 }
 
 static void close_stream(ll_ws_stream *stream, int code, const char *reason)
 {
     stream->closing = true;
-    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
+    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next)
         ll_ws_viewer_close(viewer, code, reason);
-    }
     ll_ws_stream_release_if_done(stream);
 }
 
@@ -52,9 +49,8 @@ static void run_command(ws_thread *thread, ws_command *command)
         close_stream(command->stream, command->code, (const char *)command->text);
         break;
     case WS_COMMAND_CLOSE:
-        if (present) {
+        if (present)
             ll_ws_viewer_close(viewer, command->code, (const char *)command->text);
-        }
         break;
     case WS_COMMAND_HELLO:
         if (present) {
@@ -63,14 +59,12 @@ static void run_command(ws_thread *thread, ws_command *command)
         }
         break;
     case WS_COMMAND_PING:
-        if (present) {
+        if (present)
             ll_ws_socket_measure(viewer);
-        }
         break;
     case WS_COMMAND_SUBSCRIBE:
-        if (present) {
+        if (present)
             ll_ws_viewer_subscribe(viewer, &command->subscription);
-        }
         break;
     case WS_COMMAND_SEND:
         if (present) {
@@ -131,18 +125,16 @@ static void wait_until(ws_thread *thread, int64_t until_ns)
 {
     struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
     struct timespec time = {.tv_nsec = until_ns - thread->now_ns};
-    if (ppoll(&event, 1, &time, NULL) > 0) {
+    if (ppoll(&event, 1, &time, NULL) > 0)
         clear_wake(thread->loop, &thread->woken, 0);
-    }
 }
 
 bool ll_ws_thread_prepare(ws_thread *thread)
 {
     thread->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     thread->loop = thread->event_fd >= 0 ? ev_loop_new(EVBACKEND_EPOLL | EVFLAG_NOENV) : NULL;
-    if (thread->loop == NULL) {
+    if (thread->loop == NULL)
         return false;
-    }
     ev_set_userdata(thread->loop, thread);
     ev_io_init(&thread->woken, clear_wake, thread->event_fd, EV_READ);
     ev_io_start(thread->loop, &thread->woken);
@@ -152,11 +144,9 @@ bool ll_ws_thread_prepare(ws_thread *thread)
 
 static void send_close_frame(ws_thread *thread)
 {
-    for (int i = 0; i < thread->slots; i++) {
-        if (thread->slot[i] != NULL && thread->slot[i]->stream != NULL) {
+    for (int i = 0; i < thread->slots; i++)
+        if (thread->slot[i] != NULL && thread->slot[i]->stream != NULL)
             ll_ws_viewer_close(thread->slot[i], LL_WS_GOING_AWAY, "the daemon stops");
-        }
-    }
 }
 
 static void finish(ws_thread *thread)
@@ -188,11 +178,10 @@ static void finish(ws_thread *thread)
 /* One turn, which waits for the first event. */
 static void serve_sockets(ws_thread *thread)
 {
-    if (thread->sockets > 0) {
+    if (thread->sockets > 0)
         ev_timer_start(thread->loop, &thread->sweep);
-    } else {
+    else
         ev_timer_stop(thread->loop, &thread->sweep);
-    }
     ev_run(thread->loop, EVRUN_ONCE);
 }
 
@@ -202,17 +191,15 @@ void *ll_ws_thread_main(void *argument)
     int64_t due_ns = 0, end_ns = 0; /* of the next turn; of the thread */
     pthread_setname_np(pthread_self(), "stream");
     for (;;) {
-        if (atomic_load(&thread->wake_pending)) {
+        if (atomic_load(&thread->wake_pending))
             process_pending(thread);
-        }
         if (atomic_load(&thread->drain) && end_ns == 0) {
             send_close_frame(thread);
             end_ns = ll_now_ns() + (int64_t)(thread->ws->config.drain_s * 1e9);
         }
         thread->now_ns = ll_now_ns();
-        if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
+        if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns))
             break;
-        }
         int64_t begin_ns = due_ns - (thread->sockets > FEW_SOCKETS ? 0 : AHEAD_NS);
         if (thread->now_ns < begin_ns) {
             wait_until(thread, begin_ns);

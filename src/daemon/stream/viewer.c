@@ -50,17 +50,14 @@ static const char *skip_space(const char *at)
 static bool is_ack(const char *text, uint32_t *seq)
 {
     text = skip_space(text);
-    if (*text != '{') {
+    if (*text != '{')
         return false;
-    }
     text = skip_space(text + 1);
-    if (strncmp(text, "\"ack\"", 5) != 0) {
+    if (strncmp(text, "\"ack\"", 5) != 0)
         return false;
-    }
     text = skip_space(text + 5);
-    if (*text != ':') {
+    if (*text != ':')
         return false;
-    }
     text = skip_space(text + 1);
     uint64_t value = 0;
     int digits = 0;
@@ -69,9 +66,8 @@ static bool is_ack(const char *text, uint32_t *seq)
         digits++;
     }
     text = skip_space(text);
-    if (digits == 0 || *text != '}' || *skip_space(text + 1) != '\0' || value > UINT32_MAX) {
+    if (digits == 0 || *text != '}' || *skip_space(text + 1) != '\0' || value > UINT32_MAX)
         return false;
-    }
     *seq = (uint32_t)value;
     return true;
 }
@@ -123,9 +119,8 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
 
 void ll_ws_viewer_pong(ws_viewer *viewer)
 {
-    if (viewer->stream == NULL || viewer->closing.code != 0) {
+    if (viewer->stream == NULL || viewer->closing.code != 0)
         return;
-    }
     viewer->flow.answered = true;
     if (!within_rate(viewer, 0)) {
         refuse_rate(viewer);
@@ -145,16 +140,14 @@ static bool keep_piece(ws_viewer *viewer, const char *bytes, size_t more)
     if (size + 1 > viewer->messages.received_capacity) {
         size_t capacity = size < 256 ? 256 : 2 * size;
         char *grown = realloc(viewer->messages.received, capacity);
-        if (grown == NULL) {
+        if (grown == NULL)
             return false;
-        }
         viewer->messages.received = grown;
         viewer->messages.received_capacity = capacity;
     }
     LL_ASSERT(size < viewer->messages.received_capacity); /* and a terminator */
-    if (more > 0) {
+    if (more > 0)
         memcpy(viewer->messages.received + viewer->messages.received_size, bytes, more);
-    }
     viewer->messages.received_size = size;
     return true;
 }
@@ -165,12 +158,10 @@ void ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size)
     bool last = lws_is_final_fragment(viewer->wsi) != 0,
          ends_frame = lws_remaining_packet_payload(viewer->wsi) == 0;
     char text[100];
-    if (viewer->stream == NULL || viewer->closing.code != 0 || viewer->dead) {
+    if (viewer->stream == NULL || viewer->closing.code != 0 || viewer->dead)
         return; /* it is closing: ignore its messages */
-    }
-    if (lws_is_first_fragment(viewer->wsi) != 0) {
+    if (lws_is_first_fragment(viewer->wsi) != 0)
         viewer->messages.received_size = 0;
-    }
     if (lws_frame_is_binary(viewer->wsi) != 0) {
         refuse_message(viewer, LL_WS_UNSUPPORTED, "messages: must be text");
     } else if (viewer->messages.received_size + size > limit) {
@@ -199,15 +190,13 @@ ws_viewer *ll_ws_viewer_of(ws_thread *thread, ll_ws_viewer handle)
 static bool give_handle(ws_thread *thread, ws_viewer *viewer)
 {
     int slot = 0;
-    while (slot < thread->slots && thread->slot[slot] != NULL) {
+    while (slot < thread->slots && thread->slot[slot] != NULL)
         slot++;
-    }
     if (slot == thread->slots) {
         int slots = thread->slots > 0 ? 2 * thread->slots : 64;
         ws_viewer **grown = slots <= 65536 ? realloc(thread->slot, (size_t)slots * sizeof *grown) : NULL;
-        if (grown == NULL) {
+        if (grown == NULL)
             return false;
-        }
         memset(grown + thread->slots, 0, (size_t)(slots - thread->slots) * sizeof *grown);
         thread->slot = grown;
         thread->slots = slots;
@@ -219,9 +208,8 @@ static bool give_handle(ws_thread *thread, ws_viewer *viewer)
 
 void ll_ws_stream_release_if_done(ll_ws_stream *stream)
 {
-    if (stream->closing && stream->first == NULL) {
+    if (stream->closing && stream->first == NULL)
         ll_ws_stream_destroy(stream);
-    }
 }
 
 static void leave_stream(ws_viewer *viewer)
@@ -231,25 +219,22 @@ static void leave_stream(ws_viewer *viewer)
     free(viewer->messages.received);
     viewer->messages.received = NULL;
     viewer->messages.received_capacity = 0;
-    if (stream == NULL) {
+    if (stream == NULL)
         return;
-    }
     ll_ws_viewer_release_sections(viewer);
     if (viewer->frames.ready) {
         atomic_fetch_sub(&stream->viewers, 1);
         atomic_fetch_sub(&stream->binary_viewers, viewer->upgrade.format == LL_FRAME_BINARY);
     }
-    if (viewer->next != NULL) {
+    if (viewer->next != NULL)
         viewer->next->previous = viewer->previous;
-    }
     *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
     viewer->stream = NULL;
     stream->viewer_count--;
     LL_ASSERT((stream->viewer_count == 0) == (stream->first == NULL));
     atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
-    if (hooks_of(viewer)->closed != NULL) {
+    if (hooks_of(viewer)->closed != NULL)
         hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
-    }
     ll_ws_stream_release_if_done(stream);
 }
 
@@ -301,9 +286,8 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     viewer->stream = stream;
     viewer->frames.fresh = true;
     viewer->next = stream->first;
-    if (stream->first != NULL) {
+    if (stream->first != NULL)
         stream->first->previous = viewer;
-    }
     stream->first = viewer;
     stream->viewer_count++;
     ll_ws_count(&thread->counts.opened, 1);
@@ -324,11 +308,10 @@ void ll_ws_viewer_ends(ws_viewer *viewer, int code)
 static void check_alive(ws_viewer *viewer)
 {
     int64_t now = viewer->thread->now_ns, silent = now - viewer->received_ns;
-    if (silent > IDLE_TIMEOUT_NS) {
+    if (silent > IDLE_TIMEOUT_NS)
         ll_ws_socket_cut(viewer);
-    } else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer)) {
+    else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer))
         ll_ws_socket_ping(viewer);
-    }
 }
 
 /* Since the oldest frame in flight was sent or, later, the last acknowledgement: who acknowledges one after
@@ -336,9 +319,8 @@ static void check_alive(ws_viewer *viewer)
 static double unacknowledged_s(const ws_viewer *viewer)
 {
     const ws_viewer_flow *flow = &viewer->flow;
-    if (flow->acked_ns == 0 || flow->outstanding_count == 0) {
+    if (flow->acked_ns == 0 || flow->outstanding_count == 0)
         return 0;
-    }
     int64_t sent_ns = flow->outstanding[0].sent_ns;
     return (double)(viewer->thread->now_ns - (sent_ns > flow->acked_ns ? sent_ns : flow->acked_ns)) * 1e-9;
 }
@@ -347,19 +329,16 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
 {
     const ll_web_server_config *config = &viewer->thread->ws->config;
     int64_t now = viewer->thread->now_ns;
-    if (viewer->dead) {
+    if (viewer->dead)
         return;
-    }
     if (viewer->closing.code != 0) {
-        if (now - viewer->closing.since_ns > CLOSE_TIMEOUT_NS) {
+        if (now - viewer->closing.since_ns > CLOSE_TIMEOUT_NS)
             ll_ws_socket_cut(viewer);
-        }
         return;
     }
     check_alive(viewer);
-    if (viewer->stream == NULL || viewer->dead) {
+    if (viewer->stream == NULL || viewer->dead)
         return;
-    }
     if (!viewer->frames.ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "session busy; try again later");
     } else if (unacknowledged_s(viewer) > config->ack_timeout_s) {

@@ -14,14 +14,12 @@ static void post_text(ll_ws *ws, ll_ws_viewer viewer, ws_command_kind kind, int 
 {
     int index = (int)(viewer >> 16 & 0xff);
     ws_command *command = viewer != 0 && index < ws->threads ? ll_ws_command_new(kind, text, size) : NULL;
-    if (command == NULL) {
+    if (command == NULL)
         return;
-    }
     command->viewer = viewer;
     command->code = code;
-    if (!ll_ws_submit(&ws->thread[index], command)) {
+    if (!ll_ws_submit(&ws->thread[index], command))
         free(command);
-    }
 }
 
 void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
@@ -34,14 +32,12 @@ void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *s
     int index = (int)(viewer >> 16 & 0xff);
     ws_command *command =
         viewer != 0 && index < ws->threads ? ll_ws_command_new(WS_COMMAND_SUBSCRIBE, NULL, 0) : NULL;
-    if (command == NULL) {
+    if (command == NULL)
         return;
-    }
     command->viewer = viewer;
     command->subscription = *subscription;
-    if (!ll_ws_submit(&ws->thread[index], command)) {
+    if (!ll_ws_submit(&ws->thread[index], command))
         free(command);
-    }
 }
 
 void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
@@ -68,11 +64,9 @@ int ll_ws_viewers(const ll_ws_stream *stream)
 
 static bool any_is_due(unsigned long long every, uint32_t seq)
 {
-    for (uint32_t n = 1; n <= LL_FRAME_HZ; n++) {
-        if (every >> n & 1 && seq % n == 0) {
+    for (uint32_t n = 1; n <= LL_FRAME_HZ; n++)
+        if (every >> n & 1 && seq % n == 0)
             return true;
-        }
-    }
     return false;
 }
 
@@ -86,9 +80,8 @@ void ll_ws_wants(ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool w
     unsigned channels = atomic_load_explicit(&stream->missing, memory_order_relaxed);
     for (int c = 0; c < LL_CHANNELS; c++) {
         unsigned long long every = atomic_load_explicit(&stream->every[c], memory_order_relaxed);
-        if (every != 0 && (whole || jump || any_is_due(every, seq))) {
+        if (every != 0 && (whole || jump || any_is_due(every, seq)))
             channels |= 1U << c;
-        }
     }
     request->channels = (uint16_t)channels;
     request->anew = jump || atomic_load_explicit(&stream->anew, memory_order_relaxed);
@@ -136,9 +129,8 @@ void ll_ws_flush(ll_ws *ws)
         pthread_mutex_lock(&thread->lock);
         bool dirty = thread->dirty != NULL && !thread->stopped;
         pthread_mutex_unlock(&thread->lock);
-        if (dirty) {
+        if (dirty)
             ll_ws_wake(thread);
-        }
     }
 }
 
@@ -151,9 +143,8 @@ void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const ll_connecti
         command->fd = fd;
         command->pass = *pass;
         command->upgrade = *upgrade;
-        if (ll_ws_submit(ll_ws_thread_of(ws, upgrade->id), command)) {
+        if (ll_ws_submit(ll_ws_thread_of(ws, upgrade->id), command))
             return;
-        }
     }
     free(command);
     close(fd);
@@ -180,9 +171,8 @@ ll_ws_stats ll_ws_get_stats(ll_ws *ws)
 
 static ll_status start_thread(ws_thread *thread)
 {
-    if (!ll_ws_thread_prepare(thread)) {
+    if (!ll_ws_thread_prepare(thread))
         return ll_error(LL_IO, "cannot start stream thread: %s", strerror(errno));
-    }
     thread->context = ll_ws_context_new(thread);
     if (thread->context == NULL) {
         return ll_error(LL_IO,
@@ -198,9 +188,8 @@ ll_status ll_ws_start(const ll_web_server_config *config, ll_connection_limiter 
 {
     int threads = (int)config->stream_threads;
     ll_ws *ws = calloc(1, sizeof *ws + (size_t)threads * sizeof(ws_thread));
-    if (ws == NULL) {
+    if (ws == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: streams");
-    }
     ws->config = *config;
     ws->connection_limiter = connection_limiter;
     ws->threads = threads;
@@ -223,9 +212,8 @@ ll_status ll_ws_start(const ll_web_server_config *config, ll_connection_limiter 
 
 void ll_ws_drain(ll_ws *ws, double seconds)
 {
-    if (ws->drained) {
+    if (ws->drained)
         return;
-    }
     ws->drained = true;
     ws->config.drain_s = seconds;
     for (int i = 0; i < ws->threads; i++) {
@@ -234,9 +222,8 @@ void ll_ws_drain(ll_ws *ws, double seconds)
     }
     for (int i = 0; i < ws->threads; i++) {
         ws_thread *thread = &ws->thread[i];
-        if (thread->started) {
+        if (thread->started)
             pthread_join(thread->handle, NULL);
-        }
     }
 }
 
@@ -251,15 +238,12 @@ void ll_ws_free(ll_ws *ws)
     }
     for (int i = 0; i < ws->threads; i++) {
         ws_thread *thread = &ws->thread[i];
-        if (thread->context != NULL) { /* it was not started */
+        if (thread->context != NULL) /* it was not started */
             lws_context_destroy(thread->context);
-        }
-        if (thread->loop != NULL) {
+        if (thread->loop != NULL)
             ev_loop_destroy(thread->loop);
-        }
-        if (thread->event_fd >= 0) {
+        if (thread->event_fd >= 0)
             close(thread->event_fd);
-        }
         free(thread->message.bytes);
         pthread_mutex_destroy(&thread->lock);
     }

@@ -23,10 +23,9 @@ static const struct {
 ll_status ll_key_check(const char *from, const char *text, size_t shortest)
 {
     size_t length = strlen(text);
-    for (size_t i = 0; i < length; i++) {
+    for (size_t i = 0; i < length; i++)
         if (text[i] <= ' ' || text[i] > '~')
             return ll_error(LL_BAD_INPUT, "key of %.220s: must be visible ASCII without spaces", from);
-    }
     if (length < shortest || length > LONGEST)
         return ll_error(LL_BAD_INPUT,
                         "key of %.220s: must be visible ASCII without spaces, %zu to %d characters; got %zu",
@@ -161,19 +160,17 @@ void ll_class_keys_free(ll_class_keys *keys)
 ll_class_key *ll_class_keys_find(const ll_class_keys *keys, const char *key, size_t length)
 {
     ll_class_key *found = NULL;
-    for (int i = 0; i < keys->count; i++) {
+    for (int i = 0; i < keys->count; i++)
         if (ll_key_matches(&keys->keys[i].hash, key, length))
             found = &keys->keys[i];
-    }
     return found;
 }
 
 ll_class_key *ll_class_keys_named(const ll_class_keys *keys, const char *name)
 {
-    for (int i = 0; i < keys->count; i++) {
+    for (int i = 0; i < keys->count; i++)
         if (name[0] && strcmp(keys->keys[i].name, name) == 0)
             return &keys->keys[i];
-    }
     return NULL;
 }
 

@@ -21,10 +21,9 @@ static bool random_text(char *text, size_t length, const char *alphabet, unsigne
         unsigned char bytes[64];
         if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes)
             return false;
-        for (size_t i = 0; i < sizeof bytes && n < length; i++) {
+        for (size_t i = 0; i < sizeof bytes && n < length; i++)
             if (bytes[i] < bound)
                 text[n++] = alphabet[bytes[i] % letters];
-        }
     }
     text[length] = '\0';
     return true;

@@ -182,11 +182,10 @@ static ll_status open_refinement_level(const ll_refinement_request *request,
         return status;
     *kind = scenario.kind;
     void *before = ll_param_clone(scenario.kind->table, scenario.config, NULL);
-    if (before) {
+    if (before)
         status = set_all(request, refinement_level, seed, &scenario);
-    } else {
+    else
         status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
-    }
     if (!ll_failed(&status)) {
         scenario.kind->settle(scenario.config, before);
         ((ll_scenario_head *)scenario.config)->seed += seed;

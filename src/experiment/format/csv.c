@@ -112,12 +112,11 @@ int ll_csv_split(char *line, char **fields, int most)
     for (char *from = line, *to = line; count < most;) {
         bool quote = false;
         fields[count++] = to;
-        for (; *from && (quote || !strchr(",\r\n", *from)); from++) {
+        for (; *from && (quote || !strchr(",\r\n", *from)); from++)
             if (*from != '"' || (quote && from[1] == '"' && from++))
                 *to++ = *from;
             else
                 quote = !quote;
-        }
         bool more = *from == ',';
         *to++ = '\0';
         from++;

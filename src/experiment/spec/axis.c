@@ -97,12 +97,11 @@ void ll_axis_column(const char *path, const char *unit, char *name, int size)
         return;
     if (unit[0] == '1' && unit[1] == '/')
         unit++;
-    for (const char *p = unit; *p && used < size - 5; p++) {
+    for (const char *p = unit; *p && used < size - 5; p++)
         if (*p == '/')
             used += snprintf(name + used, (size_t)(size - used), "%sper_", p == unit ? "" : "_");
         else
             used += snprintf(name + used, (size_t)(size - used), "%c", *p == ' ' ? '_' : *p);
-    }
 }
 
 /* ---- values ---- */

@@ -11,12 +11,11 @@ enum { PATH_MOST = 4096 };
 static void write_uri(const char *path, char uri[3 * PATH_MOST + 32])
 {
     size_t n = (size_t)snprintf(uri, 8, "file:");
-    for (const char *at = path; *at && n < 3 * PATH_MOST; at++) {
+    for (const char *at = path; *at && n < 3 * PATH_MOST; at++)
         if (strchr("%?#", *at))
             n += (size_t)snprintf(uri + n, 4, "%%%02X", (unsigned)*at);
         else
             uri[n++] = *at;
-    }
     snprintf(uri + n, 24, "?immutable=1");
 }
 

@@ -206,12 +206,11 @@ static sqlite3_stmt *query(ll_result_store *s, const char *sql, const char *type
     if (sqlite3_prepare_v2(s->db, sql, -1, &q, NULL) != SQLITE_OK)
         return NULL;
     va_start(arguments, types);
-    for (int i = 1; *types; types++, i++) {
+    for (int i = 1; *types; types++, i++)
         if (*types == 't')
             sqlite3_bind_text(q, i, va_arg(arguments, const char *), -1, SQLITE_TRANSIENT);
         else
             sqlite3_bind_int64(q, i, va_arg(arguments, int64_t));
-    }
     va_end(arguments);
     return q;
 }

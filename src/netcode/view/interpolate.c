@@ -29,13 +29,12 @@ void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)
     ll_client_arrivals *arrivals = &c->arrivals;
     ll_time sample = state->time - state->arrived;
     int64_t quarter = state->arrived / (LL_SECOND / 4);
-    if (arrivals->quarter < 0 || quarter - arrivals->quarter >= LL_OFFSET_WINDOW) {
+    if (arrivals->quarter < 0 || quarter - arrivals->quarter >= LL_OFFSET_WINDOW)
         for (int i = 0; i < LL_OFFSET_WINDOW; i++)
             arrivals->offsets[i] = sample;
-    } else {
+    else
         for (int64_t q = arrivals->quarter + 1; q <= quarter; q++)
             arrivals->offsets[q % LL_OFFSET_WINDOW] = sample;
-    }
     arrivals->quarter = quarter;
     ll_time *now = &arrivals->offsets[quarter % LL_OFFSET_WINDOW];
     if (sample > *now)

@@ -136,9 +136,8 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     double seconds = ll_to_s(g->now - in->from);
     bool has_farthest = ll_netgame_game(g)->farthest != NULL;
     cJSON *causes = cJSON_AddObjectToObject(o, "corrections_by_cause");
-    for (int i = 0; i < LL_CAUSES; i++) {
+    for (int i = 0; i < LL_CAUSES; i++)
         LL_METRICS_PUT(cJSON_AddObjectToObject(causes, ll_cause_names[i]), &ll_netgame_cause_table, CAUSES);
-    }
     LL_METRICS_PUT(cJSON_AddObjectToObject(o, "replay"), &ll_netgame_replay_table, REPLAY);
     cJSON *inputs = cJSON_GetObjectItem(o, "inputs");
     LL_METRICS_PUT(cJSON_AddObjectToObject(inputs, "results"), &ll_netgame_input_result_table, RESULTS);

@@ -104,9 +104,8 @@ static void pacing(cJSON *player, const ll_netgame *g, int i)
     const ll_peer_choices *choices = ll_netgame_choices(g, i);
     const ll_client_setup s = {
         .config = &g->config.players[i], .rules = &g->config.server, .choices = ll_netgame_choices(g, i)};
-    if (choices && ll_netgame_sync(g)->observe) {
+    if (choices && ll_netgame_sync(g)->observe)
         LL_METRICS_PUT(cJSON_AddObjectToObject(player, "pacing"), &ll_netgame_pacing_table, PACING);
-    }
 }
 
 const ll_metric_table ll_netgame_desync_table = {
