@@ -230,6 +230,29 @@ test('behind a trusted proxy each client has its own quota; untrusted ones canno
   });
 });
 
+test('the rate comes before the body: what is refused counts too, and is not read when the rate is used up', async () => {
+  await withDaemon(['--max-new-sessions-per-min', '5'], async (s) => {
+    const metrics = ['players.0.remote_error_m.mean'],
+      axes = [{ path: 'players.0.lag_ms', from: 0, to: 900, count: 10000 }];
+    const refused = async (/** @type {string} */ path, /** @type {any} */ body) => (await s.call('POST', path, { body })).status;
+    assert.deepEqual(
+      [
+        await refused('/api/v1/sessions', '{'),
+        await refused('/api/v1/experiments', { scenario: 'race', metrics, axes, repeats: 100000 }),
+        await refused('/api/v1/experiments?dry_run=true', { scenario: 'none', metrics }),
+        await refused('/api/v1/advise', { max_error: -1 }),
+        await refused('/api/v1/tradeoffs', { family: 'none' }),
+      ],
+      [400, 400, 400, 400, 400],
+    );
+    for (const path of ['sessions', 'experiments', 'experiments?dry_run=true', 'advise', 'tradeoffs', 'classes']) {
+      const answer = await s.call('POST', `/api/v1/${path}`, { body: '{' });
+      assert.equal(answer.status, 429, path);
+      assert.match(answer.json.detail, /must be at most 5\/min for one address/);
+    }
+  });
+});
+
 test('a limit of descriptors that is too small for the connections is said at the start, with both numbers', async () => {
   const said = async (/** @type {number} */ connections) => {
     const daemon = await startDaemon({ before: ['prlimit', '--nofile=300:300'], args: ['--max-connections', String(connections)] });
