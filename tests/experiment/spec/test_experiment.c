@@ -264,7 +264,7 @@ static void bad_input_is_reported(void **state)
     }
 }
 
-/* Each value asks the interrupt, which then ends it; with too many runs no value is looked at. */
+/* Each value asks the interrupt, which then ends it; with too many runs no value is checked. */
 static bool ask(void *context)
 {
     return --*(int *)context > 0;
