@@ -66,9 +66,9 @@ function frame(first, payload = Buffer.alloc(0), mask = true) {
   return Buffer.concat([Buffer.from(head), Buffer.from(key), bytes.map((b, i) => b ^ key[i % 4])]);
 }
 
-/** Opens a stream by hand, after `before` on the same connection, sends `bytes` after the hello (`again`: without end) and `answer` after the first pong, and
- * returns the result: the code of the close frame (0: none), the payloads of texts and pongs, whether the connection was ended, and
- * whether in an orderly way. */
+/** Opens a stream by hand, after `before` on the same connection, sends `bytes` after the hello (`again`: without end) and `answer` after
+ * the first pong, and returns the result: the code of the close frame (0: none), the payloads of texts, of pongs and of both in their
+ * order, whether the connection was ended, and whether in an orderly way. */
 function shout(session, bytes, { before: kept = '', answer = Buffer.alloc(0), again = false, ms = 4000 } = {}) {
   const upgrade =
     `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n` +
@@ -78,7 +78,7 @@ function shout(session, bytes, { before: kept = '', answer = Buffer.alloc(0), ag
       open = false,
       said = false,
       ended = false;
-    const seen = { code: 0, reason: '', pongs: [], texts: [], over: false, orderly: false, accept: '' };
+    const seen = { code: 0, reason: '', pongs: [], texts: [], order: [], over: false, orderly: false, accept: '' };
     const socket = net.connect({ port: daemon.port, host: '127.0.0.1', allowHalfOpen: true }, () => socket.write(kept + upgrade));
     const end = (over = true) => {
       if (!ended) {
@@ -127,6 +127,7 @@ function shout(session, bytes, { before: kept = '', answer = Buffer.alloc(0), ag
           seen.code = size >= 2 ? payload.readUInt16BE(0) : 1005;
           seen.reason = payload.subarray(2).toString();
         }
+        if (opcode === 1 || opcode === 10) seen.order.push(payload.toString());
         if (opcode === 1) seen.texts.push(payload.toString());
         if (opcode === 10 && seen.pongs.push(payload.toString()) === 1) socket.write(answer);
       }
@@ -161,6 +162,16 @@ for (const [name, bytes, code] of FRAMES) {
     }
   });
 }
+
+test('a ping between two pieces of a text is answered before the text', async () => {
+  const pieces = [frame(0x01, Buffer.from('{"subscribe":{},')), frame(0x89, Buffer.from('between')), frame(0x80, Buffer.from('"id":78}'))];
+  const bytes = Buffer.concat(pieces);
+  for (const kept of ['', GOOD]) {
+    const seen = await shout(await c.make({ paused: true }), bytes, { before: kept, ms: 700 });
+    const order = seen.order.filter((text) => text === 'between' || text.includes('"id":78'));
+    assert.deepEqual([order.length, order[0]], [2, 'between'], order.join());
+  }
+});
 
 // What libwebsockets 4.1.6 does otherwise than RFC 6455 asks: docs/limits.md has the list.
 /** @type {[string, Buffer, (seen: any) => void][]} */

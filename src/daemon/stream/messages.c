@@ -75,14 +75,23 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     lws_callback_on_writable(viewer->wsi);
 }
 
+static bool has_room(const ws_viewer *viewer, const ws_command *message)
+{
+    return viewer->messages.count < WS_MAX_MESSAGES &&
+           viewer->messages.bytes + message->size <= WS_MAX_MESSAGE_BYTES;
+}
+
+/* A message waits until the socket is writable, as the library's pong does, which it would overtake. */
 void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)
 {
     if (viewer->closing.code != 0 || viewer->dead) {
         free(message);
         return;
     }
-    if (viewer->messages.count >= WS_MAX_MESSAGES ||
-        viewer->messages.bytes + message->size > WS_MAX_MESSAGE_BYTES) {
+    if (!has_room(viewer, message)) { /* many in one turn */
+        ll_ws_messages_flush(viewer);
+    }
+    if (!has_room(viewer, message)) {
         free(message);
         ll_ws_messages_drop(viewer);
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
@@ -90,7 +99,7 @@ void ll_ws_viewer_send(ws_viewer *viewer, ws_command *message)
         return;
     }
     enqueue(viewer, message);
-    ll_ws_messages_flush(viewer);
+    lws_callback_on_writable(viewer->wsi);
 }
 
 void ll_ws_viewer_send_json(ws_viewer *viewer, cJSON *json)
