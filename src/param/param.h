@@ -78,6 +78,9 @@ struct ll_param_table {
      * assignment: a clone has no elements of that array beyond its count. */
     bool is_cut;
 };
+/* Of the initialiser of a row: its name, its type without LL_PARAM_, and the member that it describes. */
+#define LL_PARAM_ROW(name_, type_, struct_, member_)                                                         \
+    .name = (name_), .type = LL_PARAM_##type_, .offset = offsetof(struct_, member_)
 /* Of the initialiser of a table: an array of rows, and the type of the struct that they describe, or one. */
 #define LL_PARAM_ROWS(rows_, type_)                                                                          \
     .rows = (rows_), .count = sizeof(rows_) / sizeof(rows_)[0], .size = sizeof(type_)

@@ -24,16 +24,9 @@
 #define LL_GRID_ROWS(advection_, splitting_, pressure_, tolerance_, cfl_)                                    \
     LL_GRID_CHOICE(advection, ll_advection_names, advection_, "Advection scheme of velocities and dye."),    \
         LL_GRID_INT(backtrace, 1, 3, 2, "Order of the trace back in time, for all schemes but central."),    \
-        {.name = "limiter",                                                                                  \
-         .type = LL_PARAM_BOOL,                                                                              \
-         .offset = offsetof(ll_grid_solver, limiter),                                                        \
-         .default_value = 1,                                                                                 \
-         .live = true,                                                                                       \
+        {LL_PARAM_ROW("limiter", BOOL, ll_grid_solver, limiter), .default_value = 1, .live = true,           \
          .help = "Clamp maccormack and bfecc to the values that they interpolate."},                         \
-        {.name = "conserve_mass",                                                                            \
-         .type = LL_PARAM_BOOL,                                                                              \
-         .offset = offsetof(ll_grid_solver, conserve_mass),                                                  \
-         .default_value = 1,                                                                                 \
+        {LL_PARAM_ROW("conserve_mass", BOOL, ll_grid_solver, conserve_mass), .default_value = 1,             \
          .live = true,                                                                                       \
          .help = "Conserve the dye's mass: spread the gain or loss of advection over values that have "      \
                  "room within their bounds."},                                                               \
@@ -57,8 +50,8 @@ extern const char *const ll_splitting_names[LL_SPLITTINGS + 1];
 /* Smallest and largest number of cells per side, as a row of a scene's struct. */
 #define LL_GRID_CELLS(type_, normal)                                                                         \
     {                                                                                                        \
-        .name = "n", .type = LL_PARAM_INT, .offset = offsetof(type_, n), .min = 8, .max = 8192,              \
-        .default_value = normal, .help = "Cells per side; even."                                             \
+        LL_PARAM_ROW("n", INT, type_, n), .min = 8, .max = 8192, .default_value = normal,                    \
+                                          .help = "Cells per side; even."                                    \
     }
 
 /* A scene's table of settings. */

@@ -13,12 +13,7 @@ typedef struct params {
 } params;
 
 static const ll_param param_rows[] = {
-    {.name = "re",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(params, re),
-     .min = 1,
-     .max = 1e5,
-     .default_value = 1000,
+    {LL_PARAM_ROW("re", REAL, params, re), .min = 1, .max = 1e5, .default_value = 1000,
      .help = "Reynolds number of the box."},
     LL_GRID_CELLS(params, 64),
 };

@@ -17,19 +17,9 @@ typedef struct params {
 
 static const ll_param param_rows[] = {
     LL_GRID_CELLS(params, 128),
-    {.name = "re",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(params, re),
-     .min = 1,
-     .max = 1e6,
-     .default_value = 200,
+    {LL_PARAM_ROW("re", REAL, params, re), .min = 1, .max = 1e6, .default_value = 200,
      .help = "Reynolds number of the cylinder's diameter of 0.2 m at 0.5 m/s."},
-    {.name = "buoyancy_mps2",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(params, buoyancy),
-     .min = -10,
-     .max = 10,
-     .unit = "m/s^2",
+    {LL_PARAM_ROW("buoyancy_mps2", REAL, params, buoyancy), .min = -10, .max = 10, .unit = "m/s^2",
      .help = "Buoyancy of the smoke."},
 };
 

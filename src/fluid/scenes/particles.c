@@ -143,12 +143,7 @@ static int poiseuille_numbers(const void *block, ll_fluid_number *out)
 
 #define SCENE(name_, title_, standard_, seconds_, source_, numbers_, metrics_, text_)                        \
     static const ll_param name_##_rows[] = {                                                                 \
-        {.name = "size",                                                                                     \
-         .type = LL_PARAM_INT,                                                                               \
-         .offset = offsetof(params, size),                                                                   \
-         .min = 8,                                                                                           \
-         .max = 1000,                                                                                        \
-         .default_value = standard_,                                                                         \
+        {LL_PARAM_ROW("size", INT, params, size), .min = 8, .max = 1000, .default_value = standard_,         \
          .help = "Particles along the scene's own length."},                                                 \
     };                                                                                                       \
     const ll_param_table ll_fluid_##name_##_params = {                                                       \

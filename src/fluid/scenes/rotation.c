@@ -17,10 +17,7 @@ static const char *const shape_names[] = {"slotted_disc", "gaussian", NULL};
 
 static const ll_param param_rows[] = {
     LL_GRID_CELLS(params, 128),
-    {.name = "shape",
-     .type = LL_PARAM_CHOICE,
-     .offset = offsetof(params, shape),
-     .choices = shape_names,
+    {LL_PARAM_ROW("shape", CHOICE, params, shape), .choices = shape_names,
      .help = "Zalesak's disc, whose edges show overshoot, or a smooth hill, which shows order."},
 };
 

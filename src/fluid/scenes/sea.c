@@ -34,19 +34,9 @@ const ll_param_table ll_fluid_sea_params = {.name = "sea_state",
                                             LL_PARAM_ROWS(param_rows, ll_ocean_setup)};
 
 static const ll_param solver_rows[] = {
-    {.name = "method",
-     .type = LL_PARAM_CHOICE,
-     .offset = offsetof(solver, method),
-     .choices = ll_ocean_method_names,
-     .default_value = LL_OCEAN_SPECTRUM,
-     .live = true,
-     .help = "Method for the surface."},
-    {.name = "choppiness",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(solver, choppiness),
-     .max = 1.5,
-     .default_value = 1,
-     .live = true,
+    {LL_PARAM_ROW("method", CHOICE, solver, method), .choices = ll_ocean_method_names,
+     .default_value = LL_OCEAN_SPECTRUM, .live = true, .help = "Method for the surface."},
+    {LL_PARAM_ROW("choppiness", REAL, solver, choppiness), .max = 1.5, .default_value = 1, .live = true,
      .help = "Scale of the horizontal displacement."},
 };
 const ll_param_table ll_fluid_sea_solver = {

@@ -9,22 +9,10 @@ typedef struct gambetta_params {
 } gambetta_params;
 
 static const ll_param rows[] = {
-    {.name = "speed_mps",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(gambetta_params, speed),
-     .min = 0.01,
-     .max = 1000,
-     .default_value = 2,
-     .unit = "m/s",
-     .help = "Speed while a key is pressed."},
-    {.name = "width_m",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(gambetta_params, width),
-     .min = 1,
-     .max = 1000,
-     .default_value = 10,
-     .unit = "m",
-     .help = "Width of a view."},
+    {LL_PARAM_ROW("speed_mps", REAL, gambetta_params, speed), .min = 0.01, .max = 1000, .default_value = 2,
+     .unit = "m/s", .help = "Speed while a key is pressed."},
+    {LL_PARAM_ROW("width_m", REAL, gambetta_params, width), .min = 1, .max = 1000, .default_value = 10,
+     .unit = "m", .help = "Width of a view."},
 };
 
 const ll_param_table ll_gambetta_table = {

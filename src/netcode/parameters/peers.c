@@ -7,35 +7,23 @@ static const char *const topologies[] = {"relay", "mesh", NULL};
 static const char *const time_syncs[] = {"wait", "stretch", NULL};
 
 static const ll_param rows[] = {
-    {.name = "topology",
-     .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_peers_params, topology),
-     .choices = topologies,
+    {LL_PARAM_ROW("topology", CHOICE, ll_peers_params, topology), .choices = topologies,
      .help = "With deterministic and rollback, how inputs travel. relay: to the server, which sends them to "
              "the others at its next update. mesh: from each player directly to each other, as a copy for "
              "each, over the sender's link up and the receiver's link down without a stop. The server then "
              "keeps the session only, and no one validates inputs."},
-    {.name = "time_sync",
-     .type = LL_PARAM_CHOICE,
-     .offset = offsetof(ll_peers_params, time_sync),
-     .choices = time_syncs,
+    {LL_PARAM_ROW("time_sync", CHOICE, ll_peers_params, time_sync), .choices = time_syncs,
      .help =
          "With deterministic and rollback, what a client does that is ahead of another. wait: from a lead "
          "of a tick on it leaves out whole frames. stretch: from half a tick on it makes its frames "
          "longer, by at most a tenth, until the lead is gone."},
-    {.name = "adaptive_delay",
-     .type = LL_PARAM_BOOL,
-     .offset = offsetof(ll_peers_params, adaptive_delay),
+    {LL_PARAM_ROW("adaptive_delay", BOOL, ll_peers_params, adaptive_delay),
      .help =
          "With deterministic and rollback, the input delay of each client follows the delay of its inputs "
          "to the others: the 95th percentile in ticks, rounded up, less delay_budget_ticks, 0 to 8. It "
          "rises at once, and falls to one tick more than that. input_delay_ticks is where it begins."},
-    {.name = "delay_budget_ticks",
-     .type = LL_PARAM_INT,
-     .offset = offsetof(ll_peers_params, budget_ticks),
-     .max = LL_ROLLBACK_MAX,
-     .default_value = 3,
-     .unit = "ticks",
+    {LL_PARAM_ROW("delay_budget_ticks", INT, ll_peers_params, budget_ticks), .max = LL_ROLLBACK_MAX,
+     .default_value = 3, .unit = "ticks",
      .help = "With adaptive_delay, how many ticks a rollback may resimulate in 95 of 100 cases. With "
              "deterministic it is 0."},
 };

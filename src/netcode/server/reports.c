@@ -12,11 +12,7 @@
 _Static_assert(sizeof(ll_motion) == MEMBERS * sizeof(double), "a motion is a list of its members");
 
 static const ll_param rows[] = {
-    {.name = "allowance_m",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_report_params, allowance_m),
-     .max = 100,
-     .default_value = 1,
+    {LL_PARAM_ROW("allowance_m", REAL, ll_report_params, allowance_m), .max = 100, .default_value = 1,
      .unit = "m",
      .help = "Distance that a player with authority position may report beyond what the game permits, in all "
              "while it is connected."},

@@ -15,10 +15,7 @@ const char *const ll_scene_names[] = {"none", LL_SCENES(LL_SCENE_NAME) NULL};
     }
 
 static const ll_param rows[] = {
-    {.name = "size",
-     .type = LL_PARAM_INT,
-     .offset = offsetof(ll_scene_args, size),
-     .max = 100000,
+    {LL_PARAM_ROW("size", INT, ll_scene_args, size), .max = 100000,
      .help = "Rows, bodies per side or links; 0: the scene's default."},
     REAL(ratio, 0, 1e6, NULL, "Mass ratio; 0: the scene's default."),
     REAL(offset, 0, 1e7, "m", "Displacement; 0: the scene's default."),

@@ -4,18 +4,9 @@
 const char *const ll_sim_kind_names[] = {LL_SIM_KINDS(NAMED) NULL};
 
 static const ll_param timeline_rows[] = {
-    {.name = "at_s",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_timeline_step, at_s),
-     .max = LL_DURATION_MAX_S,
-     .unit = "s",
-     .required = true,
-     .help = "Virtual time at which it takes effect."},
-    {.name = "set",
-     .type = LL_PARAM_JSON,
-     .offset = offsetof(ll_timeline_step, set),
-     .max = LL_TIMELINE_SET_MAX,
-     .required = true,
+    {LL_PARAM_ROW("at_s", REAL, ll_timeline_step, at_s), .max = LL_DURATION_MAX_S, .unit = "s",
+     .required = true, .help = "Virtual time at which it takes effect."},
+    {LL_PARAM_ROW("set", JSON, ll_timeline_step, set), .max = LL_TIMELINE_SET_MAX, .required = true,
      .help = "A merge patch of live parameters, as for a session: {\"players.1.lag_ms\":300}."},
 };
 
@@ -24,19 +15,9 @@ const ll_param_table ll_timeline_table = {.name = "timeline_step",
                                           LL_PARAM_ROWS(timeline_rows, ll_timeline_step)};
 
 static const ll_param expectation_rows[] = {
-    {.name = "metric",
-     .type = LL_PARAM_TEXT,
-     .offset = offsetof(ll_expectation, metric),
-     .min = 1,
-     .max = LL_METRIC_PATH_MAX,
-     .required = true,
-     .help = "Path of a number in the metrics, e.g. players.0.corrections."},
-    {.name = "min",
-     .type = LL_PARAM_REAL,
-     .offset = offsetof(ll_expectation, min),
-     .min = -1e12,
-     .max = 1e12,
-     .default_value = 1,
+    {LL_PARAM_ROW("metric", TEXT, ll_expectation, metric), .min = 1, .max = LL_METRIC_PATH_MAX,
+     .required = true, .help = "Path of a number in the metrics, e.g. players.0.corrections."},
+    {LL_PARAM_ROW("min", REAL, ll_expectation, min), .min = -1e12, .max = 1e12, .default_value = 1,
      .help = "Minimum."},
 };
 
