@@ -13,6 +13,8 @@ before(async () => {
     args: [
       '--max-commands-per-s',
       '100000',
+      '--max-new-sessions-per-min', // refused ones count too
+      '100000',
       '--head-timeout-s',
       '1',
       '--body-timeout-s',

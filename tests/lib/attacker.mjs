@@ -1,4 +1,4 @@
-// One laptop that spoils a class: a worker with thirty of each at once, from one address, until it is told to stop. It joins in every part,
+// One laptop that spoils a class: a worker with thirty of each at once, from one address, until it has to stop. It joins in every part,
 // keeps the streams of its members open, votes with all tokens, claims seats, reconnects and guesses codes; it knows the code.
 import { parentPort, workerData } from 'node:worker_threads';
 import { client, openStream, pause } from './client.mjs';

@@ -22,7 +22,7 @@ after(async () => {
 
 /** Notes what the daemon is asked for from now on: what a cache answers is not on the list.
  * @param {import('playwright-core').Page} page @param {string} base
- * @returns {Promise<{take: () => Promise<string[]>}>} take: when nothing more comes, `STATUS /PATH` of each, and begins anew */
+ * @returns {Promise<{take: () => Promise<string[]>}>} take: when nothing more comes, `STATUS /PATH` of each, and begins again */
 async function listen(page, base) {
   const devtools = await page.context().newCDPSession(page);
   /** @type {Map<string, {path: string, status: number, cached: boolean}>} */

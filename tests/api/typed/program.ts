@@ -98,7 +98,11 @@ expect(await call('patch', '/api/v1/classes/{id}', { ...inRoom, body: { phase: '
 expect(await call('put', '/api/v1/classes/{id}/vote', { ...own, body: { step: 0, choice: 1 } }), 204);
 assert.equal(expect(await call('get', '/api/v1/classes/{id}/member', own), 200).body.choice, 1);
 assert.equal(expect(await call('patch', '/api/v1/classes/{id}/member', { ...own, body: { role: 'watch' } }), 200).body.role, 'watch');
+const places = expect(await call('get', '/api/v1/classes/{id}/members', inRoom), 200).body.members;
+assert.deepEqual(places.map((place) => place.voted), [true]);
+expect(await call('delete', '/api/v1/classes/{id}/seats/{player}', { ...inRoom, path: { id: room.id, player: 0 } }), 204);
 expect(await call('get', '/api/v1/classes/{id}/stream', { path: { id: room.id } }), 426);
 expect(await call('delete', '/api/v1/classes/{id}/member', own), 204);
+expect(await call('delete', '/api/v1/classes/{id}/members/{number}', { ...inRoom, path: { id: room.id, number: 999 } }), 404);
 expect(await call('delete', '/api/v1/classes/{id}', inRoom), 204);
 console.log([...used].sort().join('\n'));
