@@ -241,9 +241,7 @@ void ll_put_creation(void *context, const ll_http_request *request, ll_http_resp
     const cJSON *value = cJSON_GetObjectItemCaseSensitive(body, "creation");
     ll_status status = ll_api_only(body, names);
     LL_THEN(status, ll_access_set_creation(access_of(api), cJSON_IsString(value) ? value->valuestring : ""));
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
+    if (ll_api_good(response, request, &status))
         answer_creation(api, response);
     cJSON_Delete(body);
 }

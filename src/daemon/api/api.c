@@ -71,9 +71,7 @@ bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *
                  ll_class_key *class_key, const ll_session_entry *origin)
 {
     ll_status status = ll_host_check_rate(api->host, request->peer, class_key, origin);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    return !ll_failed(&status);
+    return ll_api_good(response, request, &status);
 }
 
 ll_status ll_api_query_flag(const ll_http_request *request, const char *name, bool *flag)
@@ -101,6 +99,18 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
     return json;
 }
 
+cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response)
+{
+    return request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
+}
+
+bool ll_api_good(ll_http_response *response, const ll_http_request *request, const ll_status *status)
+{
+    if (ll_failed(status))
+        ll_api_problem(response, request, status);
+    return !ll_failed(status);
+}
+
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
     if (error->code == LL_INTERRUPTED && ll_http_become_task(request, response))
@@ -120,12 +130,10 @@ void ll_api_problem(ll_http_response *response, const ll_http_request *request, 
 void ll_api_result(ll_http_response *response, const ll_http_request *request, const ll_status *status,
                    cJSON *json)
 {
-    if (!ll_failed(status)) {
+    if (ll_api_good(response, request, status))
         ll_http_json(response, 200, json);
-        return;
-    }
-    ll_api_problem(response, request, status);
-    cJSON_Delete(json);
+    else
+        cJSON_Delete(json);
 }
 
 ll_status ll_api_only(const cJSON *object, const char *const *names)
@@ -148,11 +156,6 @@ ll_status ll_api_only(const cJSON *object, const char *const *names)
     return ll_ok();
 }
 
-void ll_api_hash_text(uint64_t hash, char text[17])
-{
-    snprintf(text, 17, "%016llx", (unsigned long long)hash);
-}
-
 void ll_api_links(cJSON *json, const char *id)
 {
     static const char *const parts[] = {"stream",  "params", "control", "input", "state",
@@ -167,24 +170,4 @@ void ll_api_links(cJSON *json, const char *id)
         snprintf(path, sizeof path, "/api/v1/sessions/%s/%s", id, parts[i]);
         cJSON_AddStringToObject(links, parts[i], path);
     }
-}
-
-cJSON *ll_api_describe_created(const ll_created_session *created)
-{
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
-    cJSON_AddStringToObject(json, "code", ll_session_entry_code(created->session_entry));
-    cJSON_AddStringToObject(json, "owner_key", created->owner_key);
-    cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
-    for (int i = 0; i < created->players; i++)
-        cJSON_AddItemToArray(keys, cJSON_CreateString(created->player_keys[i]));
-    cJSON_AddStringToObject(json, "status", ll_session_status_names[created->status]);
-    cJSON_AddNumberToObject(json, "tick", (double)created->tick);
-    ll_api_links(json, ll_session_entry_id(created->session_entry));
-    return json;
-}
-
-const char *ll_api_status_name(const ll_session_info *info)
-{
-    return ll_session_status_names[info->status];
 }

@@ -93,6 +93,8 @@ ll_status ll_api_query_flag(const ll_http_request *request, const char *name, bo
 
 /* The body as a JSON object; NULL: a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
+/* The same of one that may be left out: then an empty object. */
+struct cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response);
 
 /* Creates a session; false: the error was answered. The caller releases it. */
 bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
@@ -101,11 +103,12 @@ bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_re
 bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_response *response,
                            const struct cJSON *body, const ll_create_request *base,
                            ll_created_session *created);
-struct cJSON *ll_api_describe_created(const ll_created_session *created);
 
 /* A problem document with the API's status: LL_IO is 507, LL_LIMIT 429 with Retry-After. On LL_INTERRUPTED a
  * handler that is not a task is called again as a task; the answer of a task says why it was stopped. */
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+/* Whether it is none; else it was answered so. */
+bool ll_api_good(ll_http_response *response, const ll_http_request *request, const ll_status *status);
 /* Answers with the error, or with `json`, which it takes. */
 void ll_api_result(ll_http_response *response, const ll_http_request *request, const ll_status *status,
                    struct cJSON *json);
@@ -113,9 +116,7 @@ void ll_api_result(ll_http_response *response, const ll_http_request *request, c
 /* 400 unless all keys of `object` are in the NULL-terminated list. */
 ll_status ll_api_only(const struct cJSON *object, const char *const *names);
 
-void ll_api_hash_text(uint64_t hash, char text[17]);
 void ll_api_links(struct cJSON *json, const char *id); /* adds `links` */
-const char *ll_api_status_name(const ll_session_info *info);
 
 /* ---- requests of experiments ---- */
 
@@ -142,6 +143,8 @@ void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_resp
 
 /* The class of the path's first parameter, a code or an id; NULL: the error was answered. */
 ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_http_response *response);
+/* The same if its teacher, or the operator, asks. */
+ll_class_entry *ll_api_own_class(ll_api *api, const ll_http_request *request, ll_http_response *response);
 /* For reading. NULL: the class has ended, and a 404 was answered. */
 const ll_class *ll_api_lock_class(ll_class_entry *entry, const ll_http_request *request,
                                   ll_http_response *response);
@@ -151,13 +154,6 @@ ll_class *ll_api_change_class(ll_class_entry *entry, const ll_http_request *requ
 /* Its end (ll_class_entry_store). False: the error was answered, and nothing has changed. */
 bool ll_api_store_class(ll_class_entry *entry, const ll_http_request *request, ll_http_response *response,
                         const ll_status *made);
-void ll_api_refuse(const ll_http_request *request, ll_http_response *response,
-                   const char *sentence); /* 403 */
-/* A body that may be left out; NULL: a 400 was answered. The caller deletes it. */
-struct cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response);
-/* Whether its teacher, or the operator, asks. False: the error was answered. */
-bool ll_api_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
-                        ll_http_response *response);
 void ll_api_delete_copy(ll_api *api, const char *id);                     /* a session; empty: none */
 void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* adds `links` */
 

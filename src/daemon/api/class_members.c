@@ -151,9 +151,8 @@ static bool read_wish(const cJSON *body, const ll_http_request *request, ll_http
 {
     ll_param_defaults(&ll_class_join_table, wish);
     ll_status status = ll_param_parse(&ll_class_join_table, body, wish);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    return !ll_failed(&status) && !(wish->role == LL_CLASS_COPY && ll_http_become_task(request, response));
+    return ll_api_good(response, request, &status) &&
+           !(wish->role == LL_CLASS_COPY && ll_http_become_task(request, response));
 }
 
 static ll_status arrive(ll_class *c, ll_class_arrival *arrival, who *w, granted *g)
@@ -217,9 +216,7 @@ static bool may_copy(ll_class_entry *entry, const who *w, const ll_http_request 
                          : ll_class_admits(c, ll_class_client(request->peer), ll_now_ns());
     ll_class_entry_unlock(entry);
     LL_THEN(status, ll_class_entry_count_copy(entry, request->peer));
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    return !ll_failed(&status);
+    return ll_api_good(response, request, &status);
 }
 
 /* Does what the wish says, for a member, or with `w` NULL for a new one. */
@@ -316,9 +313,8 @@ void ll_put_vote(void *context, const ll_http_request *request, ll_http_response
     cJSON *body = entry && find_member(entry, request, response, &w) ? ll_api_body(request, response) : NULL;
     ll_class_ballot ballot = {0};
     ll_status status = body ? ll_param_parse(&ll_class_vote_table, body, &ballot) : ll_ok();
-    ll_class *c = body && !ll_failed(&status) ? ll_api_change_class(entry, request, response) : NULL;
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
+    bool good = body && ll_api_good(response, request, &status);
+    ll_class *c = good ? ll_api_change_class(entry, request, response) : NULL;
     if (c) {
         status = is_there(c, &w) ? ll_class_act(c, w.place, ll_now_ns())
                                  : ll_error(LL_FORBIDDEN, "Unknown token: the member has left.");

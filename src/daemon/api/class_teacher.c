@@ -10,9 +10,8 @@
 
 void ll_get_members(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
-    const ll_class *c = permitted ? ll_api_lock_class(entry, request, response) : NULL;
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    const ll_class *c = entry ? ll_api_lock_class(entry, request, response) : NULL;
     if (c) {
         cJSON *json = ll_class_describe_members(c);
         ll_class_entry_unlock(entry);
@@ -34,14 +33,14 @@ static int64_t read_number(const char *text)
 
 static ll_status read_reach(const ll_http_request *request, ll_class_reach *reach)
 {
-    const char *and = ll_http_query(request, "and");
+    const char *with = ll_http_query(request, "and");
     *reach = LL_CLASS_ONE;
-    for (int i = LL_CLASS_LATER; and&&ll_class_reaches[i]; i++)
-        if (strcmp(and, ll_class_reaches[i]) == 0)
+    for (int i = LL_CLASS_LATER; with && ll_class_reaches[i]; i++)
+        if (strcmp(with, ll_class_reaches[i]) == 0)
             *reach = (ll_class_reach)i;
-    if (!and || *reach != LL_CLASS_ONE)
+    if (!with || *reach != LL_CLASS_ONE)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, "and", "and: must be later or address; got `%.40s`.", and);
+    return ll_field_error(LL_BAD_INPUT, "and", "and: must be later or address; got `%.40s`.", with);
 }
 
 typedef struct copies { /* of members that were removed, to be deleted when the class is not locked */
@@ -58,9 +57,8 @@ static void note(void *context, const char *copy)
 void ll_delete_members(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_class_reach reach;
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
-    ll_class *c = permitted ? ll_api_change_class(entry, request, response) : NULL;
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    ll_class *c = entry ? ll_api_change_class(entry, request, response) : NULL;
     if (c) {
         int64_t number = read_number(request->parameter[1]);
         copies list = {.ids = calloc((size_t)c->capacity, sizeof *list.ids)};
@@ -78,9 +76,8 @@ void ll_delete_members(void *context, const ll_http_request *request, ll_http_re
 
 void ll_delete_seat(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    bool permitted = entry && ll_api_for_teacher(context, entry, request, response);
-    ll_class *c = permitted ? ll_api_change_class(entry, request, response) : NULL;
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    ll_class *c = entry ? ll_api_change_class(entry, request, response) : NULL;
     if (c) {
         int64_t player = read_number(request->parameter[1]);
         ll_status status = player < 0 || player >= LL_PLAYERS_MAX

@@ -18,8 +18,7 @@ ll_class_entry *ll_api_class(ll_api *api, const ll_http_request *request, ll_htt
     if (!ll_api_started(api, request, response))
         return NULL;
     ll_status status = ll_classes_find(api->classes, request->parameter[0], request->peer, &entry);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
+    ll_api_good(response, request, &status);
     return entry;
 }
 
@@ -38,8 +37,7 @@ ll_class *ll_api_change_class(ll_class_entry *entry, const ll_http_request *requ
 {
     ll_class *c;
     ll_status status = ll_class_entry_begin(entry, &c);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
+    ll_api_good(response, request, &status);
     return c;
 }
 
@@ -47,34 +45,24 @@ bool ll_api_store_class(ll_class_entry *entry, const ll_http_request *request, l
                         const ll_status *made)
 {
     ll_status status = ll_class_entry_store(entry, made);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    return !ll_failed(&status);
+    return ll_api_good(response, request, &status);
 }
 
-void ll_api_refuse(const ll_http_request *request, ll_http_response *response, const char *sentence)
+ll_class_entry *ll_api_own_class(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
-    ll_status error = ll_error(LL_FORBIDDEN, "%s", sentence);
-    ll_api_problem(response, request, &error);
-}
-
-bool ll_api_for_teacher(ll_api *api, ll_class_entry *entry, const ll_http_request *request,
-                        ll_http_response *response)
-{
-    const char *key = ll_api_key(request, response, "the class's teacher_key");
+    ll_class_entry *entry = ll_api_class(api, request, response);
+    const char *key = entry ? ll_api_key(request, response, "the class's teacher_key") : NULL;
     const ll_class *c = key ? ll_api_lock_class(entry, request, response) : NULL;
-    if (!c)
-        return false;
-    bool good = ll_key_matches(&c->teacher, key, strlen(key)) || ll_api_is_operator(api, key);
-    ll_class_entry_unlock(entry);
-    if (!good)
-        ll_api_refuse(request, response, "Not the teacher's key of this class.");
-    return good;
-}
-
-cJSON *ll_api_optional_body(const ll_http_request *request, ll_http_response *response)
-{
-    return request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
+    bool good = c && (ll_key_matches(&c->teacher, key, strlen(key)) || ll_api_is_operator(api, key));
+    if (c)
+        ll_class_entry_unlock(entry);
+    if (good)
+        return entry;
+    ll_status error = ll_error(LL_FORBIDDEN, "Not the teacher's key of this class.");
+    if (c)
+        ll_api_problem(response, request, &error);
+    ll_class_entry_release(entry);
+    return NULL;
 }
 
 /* ---- description ---- */
@@ -150,9 +138,7 @@ void ll_post_classes(void *context, const ll_http_request *request, ll_http_resp
     if (!body)
         return;
     ll_status status = ll_classes_open(api->classes, request->peer, class_key, body, key, &entry);
-    if (ll_failed(&status)) {
-        ll_api_problem(response, request, &status);
-    } else {
+    if (ll_api_good(response, request, &status)) {
         answer_class(api, request, response, 201, entry, key);
         snprintf(location, sizeof location, "/api/v1/classes/%s", ll_class_entry_id(entry));
         ll_http_set_header(response, "Location", location);
@@ -185,25 +171,20 @@ static void patch_class(ll_class_entry *entry, const cJSON *body, const ll_http_
 
 void ll_patch_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && ll_api_for_teacher(context, entry, request, response)) {
-        cJSON *body = ll_api_body(request, response);
-        if (body)
-            patch_class(entry, body, request, response);
-        cJSON_Delete(body);
-    }
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    cJSON *body = entry ? ll_api_body(request, response) : NULL;
+    if (body)
+        patch_class(entry, body, request, response);
+    cJSON_Delete(body);
     ll_class_entry_release(entry);
 }
 
 void ll_delete_class(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && ll_api_for_teacher(context, entry, request, response)) {
-        ll_status status = ll_class_entry_end(entry, "the teacher has ended the class");
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    ll_status status = entry ? ll_class_entry_end(entry, "the teacher has ended the class") : ll_ok();
+    if (entry && ll_api_good(response, request, &status))
         response->status = 204;
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-    }
     ll_class_entry_release(entry);
 }
 
@@ -288,12 +269,10 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
 
 void ll_put_board(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_class_entry *entry = ll_api_class(context, request, response);
-    if (entry && ll_api_for_teacher(context, entry, request, response)) {
-        cJSON *body = ll_api_body(request, response);
-        if (body)
-            put_board(context, entry, body, request, response);
-        cJSON_Delete(body);
-    }
+    ll_class_entry *entry = ll_api_own_class(context, request, response);
+    cJSON *body = entry ? ll_api_body(request, response) : NULL;
+    if (body)
+        put_board(context, entry, body, request, response);
+    cJSON_Delete(body);
     ll_class_entry_release(entry);
 }

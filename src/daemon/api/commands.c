@@ -1,4 +1,5 @@
 /* Changes of a session: parameters, control, inputs. Each is answered when its log line is stored. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,9 +45,9 @@ static void answer_control(void *context, ll_session *session)
     command_args *o = context;
     ll_session_info info = ll_session_get_info(session);
     char hash[17];
-    ll_api_hash_text(ll_session_hash(session), hash);
+    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)ll_session_hash(session));
     o->answer = cJSON_CreateObject();
-    cJSON_AddStringToObject(o->answer, "status", ll_api_status_name(&info));
+    cJSON_AddStringToObject(o->answer, "status", ll_session_status_names[info.status]);
     add_time(o->answer, &info);
     cJSON_AddNumberToObject(o->answer, "log_end_s", (double)info.head / 1e9);
     cJSON_AddNumberToObject(o->answer, "speed", info.speed);

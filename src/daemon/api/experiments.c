@@ -114,9 +114,7 @@ bool ll_api_experiment(ll_api *api, const ll_http_request *request, ll_http_resp
     ll_status status = ll_experiments_find(api->experiments, request->parameter[0], record);
     if (experiment)
         LL_THEN(status, ll_experiments_read(api->experiments, record->id, &interrupt, experiment));
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    return !ll_failed(&status);
+    return ll_api_good(response, request, &status);
 }
 
 static bool permitted(const ll_api *api, const ll_http_request *request, ll_http_response *response,
@@ -176,9 +174,7 @@ void ll_delete_experiment(void *context, const ll_http_request *request, ll_http
         !permitted(api, request, response, &record))
         return;
     ll_status status = ll_experiments_remove(api->experiments, record.id);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
+    if (ll_api_good(response, request, &status))
         response->status = 204;
 }
 
@@ -216,9 +212,7 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
         LL_THEN(status, ll_experiments_set(api->experiments, &record, state));
         LL_THEN(status, ll_experiments_find(api->experiments, record.id, &record));
         LL_THEN(status, ll_experiments_read(api->experiments, record.id, &interrupt, &e));
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-        else
+        if (ll_api_good(response, request, &status))
             answer_record(api, &record, e, response);
     }
     cJSON_Delete(body);

@@ -26,9 +26,7 @@ void ll_api_job_start(ll_api *api, const ll_http_request *request, ll_http_respo
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1];
     spec->client = request->peer;
     ll_status status = ll_jobs_add(api->jobs, spec, id, key);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
+    if (ll_api_good(response, request, &status))
         answer_begun(path, id, key, response);
 }
 
@@ -51,8 +49,6 @@ void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_resp
         return;
     ll_status status =
         ll_jobs_remove(api->jobs, kind, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
+    if (ll_api_good(response, request, &status))
         response->status = 204;
 }

@@ -123,10 +123,25 @@ bool ll_api_make_session(ll_api *api, const ll_http_request *request, ll_http_re
     return false;
 }
 
+static cJSON *describe_created(const ll_created_session *created)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(created->session_entry));
+    cJSON_AddStringToObject(json, "code", ll_session_entry_code(created->session_entry));
+    cJSON_AddStringToObject(json, "owner_key", created->owner_key);
+    cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
+    for (int i = 0; i < created->players; i++)
+        cJSON_AddItemToArray(keys, cJSON_CreateString(created->player_keys[i]));
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[created->status]);
+    cJSON_AddNumberToObject(json, "tick", (double)created->tick);
+    ll_api_links(json, ll_session_entry_id(created->session_entry));
+    return json;
+}
+
 /* The answer as text, for a repeated request; NULL: an error was answered. */
 static char *answer_session(ll_http_response *response, const ll_created_session *created)
 {
-    cJSON *json = ll_api_describe_created(created);
+    cJSON *json = describe_created(created);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     if (text)
@@ -151,11 +166,8 @@ bool ll_api_create_session(ll_api *api, const ll_http_request *request, ll_http_
         status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
     create.scenario = scenario;
     create.workload = workload;
-    bool made = false;
-    if (ll_failed(&status))
-        ll_api_problem(response, request, &status);
-    else
-        made = ll_api_make_session(api, request, response, &create, created);
+    bool made = ll_api_good(response, request, &status) &&
+                ll_api_make_session(api, request, response, &create, created);
     ll_workload_free(workload);
     cJSON_Delete(scenario);
     return made;
@@ -237,7 +249,7 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
         ll_session_entry_release(origin);
         return;
     }
-    cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
+    cJSON *body = ll_api_optional_body(request, response);
     if (body) {
         ll_create_request create = {.origin = origin,
                                     .seed = -1,
@@ -248,9 +260,8 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
         ll_created_session created;
         ll_status status = ll_api_only(body, names);
         LL_THEN(status, read_options(body, &create));
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-        else if (ll_api_make_session(api, request, response, &create, &created))
+        if (ll_api_good(response, request, &status) &&
+            ll_api_make_session(api, request, response, &create, &created))
             free(answer_session(response, &created));
         cJSON_Delete(body);
     }
@@ -278,7 +289,7 @@ static cJSON *describe(ll_session *session, const ll_session_entry *session_entr
     cJSON_AddStringToObject(json, "code", ll_session_entry_code(session_entry));
     cJSON_AddStringToObject(json, "title", info.title ? info.title : "");
     cJSON_AddStringToObject(json, "kind", info.kind);
-    cJSON_AddStringToObject(json, "status", ll_api_status_name(&info));
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[info.status]);
     cJSON_AddBoolToObject(json, "parked", parked);
     cJSON_AddNumberToObject(json, "tick", (double)info.tick);
     cJSON_AddNumberToObject(json, "time_s", (double)info.time / 1e9);
@@ -326,9 +337,7 @@ void ll_delete_session(void *context, const ll_http_request *request, ll_http_re
         return;
     if (ll_api_permits(request, response, session_entry, -1)) {
         ll_status status = ll_host_delete(api->host, session_entry, request->task);
-        if (ll_failed(&status))
-            ll_api_problem(response, request, &status);
-        else
+        if (ll_api_good(response, request, &status))
             response->status = 204;
     }
     ll_session_entry_release(session_entry);
