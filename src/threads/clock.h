@@ -1,6 +1,7 @@
 /* The clocks of the system. */
 #pragma once
 
+#include <pthread.h>
 #include <stdint.h>
 #include <time.h>
 
@@ -36,4 +37,14 @@ static inline struct timespec ll_deadline(clockid_t clock, int64_t ns)
 {
     const int64_t until = ll_clock_ns(clock) + ns;
     return (struct timespec){until / 1000000000, until % 1000000000};
+}
+
+/* A condition that waits until moments of CLOCK_MONOTONIC: not affected by changes of the date. */
+static inline void ll_cond_init(pthread_cond_t *condition)
+{
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(condition, &monotonic);
+    pthread_condattr_destroy(&monotonic);
 }

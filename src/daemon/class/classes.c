@@ -256,8 +256,7 @@ static bool visit(ll_class_entry *entry, ll_time now)
 
 static void wait_for_news(ll_classes *classes, bool active)
 {
-    ll_time until = ll_now_ns() + (active ? TICK_NS : LL_SECOND);
-    struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
+    struct timespec deadline = ll_deadline(CLOCK_MONOTONIC, active ? TICK_NS : LL_SECOND);
     while (!classes->stopping && !classes->news &&
            pthread_cond_timedwait(&classes->wake, &classes->lock, &deadline) == 0)
         ;
@@ -293,12 +292,8 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
         return ll_error(LL_NO_MEMORY, "out of memory: classes");
     *classes = (ll_classes){.config = *config, .host = host, .tasks = tasks, .ws = ws, .store = store};
     pthread_mutex_init(&classes->lock, NULL);
-    pthread_condattr_t monotonic; /* not affected by changes of the date */
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&classes->wake, &monotonic);
-    pthread_cond_init(&classes->settled, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    ll_cond_init(&classes->wake);
+    ll_cond_init(&classes->settled);
     classes->lookups = ll_rate_limits_new(lookups / 60, lookups);
     classes->copies =
         ll_rate_limits_new((double)config->max_class_members / 60, (double)config->max_class_members);

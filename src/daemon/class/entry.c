@@ -4,14 +4,6 @@
 
 #include "daemon/class/internal.h"
 
-int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer)
-{
-    const ll_class *c = &entry->values;
-    bool present = viewer->place >= 0 && c->members[viewer->place].used &&
-                   c->members[viewer->place].number == viewer->number;
-    return present ? viewer->place : -1;
-}
-
 ll_class *ll_class_entry_version(ll_class_entry *entry, int i)
 {
     return i == 0 ? &entry->values : i == 1 ? entry->sent : entry->draft;

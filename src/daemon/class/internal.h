@@ -77,8 +77,6 @@ struct ll_classes {
 void ll_class_entry_retain(ll_class_entry *entry);
 /* Adds an entry that has its names to the list, with a stream. Locked. */
 ll_status ll_class_entry_list(ll_class_entry *entry);
-/* The member of this place, unless it has gone; -1. Locked. */
-int ll_class_viewer_place(const ll_class_entry *entry, const class_viewer *viewer);
 
 /* The class as stored (0), as the store is writing it (1) and as it is to be written next (2); NULL: there is
  * none of that. What the daemon itself sees, as a connection or the board's clock, goes to all. Locked. */
@@ -96,7 +94,8 @@ void ll_class_entry_keep(ll_class_entry *entry, ll_time now);
 void ll_class_entry_begin_end(ll_class_entry *entry, const char *reason);
 /* Waits until a new entry is stored. Locked; unlocked meanwhile. On an error it has ended. */
 ll_status ll_class_entry_store_new(ll_class_entry *entry);
-void ll_classes_on_commit(void *classes); /* hook of the store */
+void ll_classes_on_commit(void *classes);  /* hook of the store */
+void ll_classes_wake(ll_classes *classes); /* its thread, for news; locked */
 /* The stored classes, each with its stream; those that are too old are deleted. Before the thread starts. */
 ll_status ll_classes_restore(ll_classes *classes);
 

@@ -2,7 +2,6 @@
  * when the store fails, the copy is dropped. While one copy is written, the next gathers what comes: so
  * thirty votes at once take a few commits. A request that waits holds no lock. */
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,11 +25,8 @@ static void set_key(ll_class_entry *entry, const char *name)
 /* As it is stored; the caller frees it. */
 static char *text_of(const ll_class_entry *entry, const ll_class *c)
 {
-    char client[17];
-    snprintf(client, sizeof client, "%016" PRIx64, c->home);
     cJSON *json = ll_class_save(c);
     cJSON_AddStringToObject(json, "code", entry->code);
-    cJSON_AddStringToObject(json, "client", client);
     if (entry->key_name[0])
         cJSON_AddStringToObject(json, "class_key", entry->key_name);
     char *text = cJSON_PrintUnformatted(json);
@@ -111,7 +107,7 @@ static uint64_t write_sent(ll_class_entry *entry, const char *text)
     return ll_store_put_class(store, entry->id, ll_unix_ms() - (idle_ms > 0 ? idle_ms : 0), text);
 }
 
-static void wake_thread(ll_classes *classes)
+void ll_classes_wake(ll_classes *classes)
 {
     classes->news = true;
     pthread_cond_signal(&classes->wake);
@@ -170,7 +166,7 @@ void ll_classes_on_commit(void *context)
         take_over(entry);
         send_on(entry);
     }
-    wake_thread(classes);
+    ll_classes_wake(classes);
     pthread_mutex_unlock(&classes->lock);
 }
 
@@ -270,7 +266,7 @@ ll_status ll_class_entry_store(ll_class_entry *entry, const ll_status *made)
         entry->edited = NULL;
         status = wait_for_it(entry);
     }
-    wake_thread(entry->classes);
+    ll_classes_wake(entry->classes);
     pthread_mutex_unlock(&entry->classes->lock);
     return status;
 }
@@ -282,7 +278,6 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
 {
     ll_class_entry *entry = calloc(1, sizeof *entry);
     const char *code = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "code"));
-    const char *client = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "client"));
     ll_time now = ll_now_ns();
     if (!entry)
         return ll_error(LL_NO_MEMORY, "out of memory: class");
@@ -295,7 +290,6 @@ static ll_status make_entry(ll_classes *classes, const char *id, int64_t idle_ms
     }
     atomic_init(&entry->references, 1);
     entry->classes = classes;
-    entry->values.home = client ? strtoull(client, NULL, 16) : 0;
     set_key(entry, cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "class_key")));
     entry->used = now - (idle_ms > 0 ? idle_ms : 0) * LL_MS;
     entry->stored_at = now;

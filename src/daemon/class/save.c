@@ -79,16 +79,16 @@ static void load_players(const cJSON *json, const char *name, bool flags[LL_PLAY
     }
 }
 
-static void add_client(cJSON *json, const char *name, uint64_t client)
+static void add_client(cJSON *json, uint64_t client)
 {
     char text[17];
     snprintf(text, sizeof text, "%016" PRIx64, client);
-    cJSON_AddStringToObject(json, name, text);
+    cJSON_AddStringToObject(json, "client", text);
 }
 
 static uint64_t read_client(const cJSON *json)
 {
-    const char *text = cJSON_GetStringValue(json);
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "client"));
     return text ? strtoull(text, NULL, 16) : 0;
 }
 
@@ -96,7 +96,7 @@ static cJSON *save_member(const ll_class_member *m)
 {
     cJSON *json = cJSON_CreateObject();
     add_hash(json, "token", &m->token);
-    add_client(json, "client", m->client);
+    add_client(json, m->client);
     cJSON_AddNumberToObject(json, "number", m->number);
     cJSON_AddNumberToObject(json, "joined_s", (double)m->joined_s);
     cJSON_AddBoolToObject(json, "seen", m->seen);
@@ -111,7 +111,7 @@ static void load_member(ll_class *c, const cJSON *json, ll_time now)
 {
     char copy[LL_ID_LENGTH + 1];
     const cJSON *joined = cJSON_GetObjectItemCaseSensitive(json, "joined_s");
-    ll_class_arrival arrival = {.client = read_client(cJSON_GetObjectItemCaseSensitive(json, "client")),
+    ll_class_arrival arrival = {.client = read_client(json),
                                 .unix_s = cJSON_IsNumber(joined) ? (int64_t)joined->valuedouble : 0,
                                 .now = now};
     if (ll_class_count(c) == c->capacity /* there may be fewer places than before */ ||
@@ -142,7 +142,7 @@ static void save_removed(const ll_class *c, cJSON *json)
     }
     for (uint32_t i = 0; i < c->bars && i < LL_CLASS_REMOVED; i++) {
         cJSON *address = cJSON_CreateObject();
-        add_client(address, "client", c->barred[i]);
+        add_client(address, c->barred[i]);
         cJSON_AddItemToArray(barred, address);
     }
 }
@@ -159,7 +159,7 @@ static void load_removed(ll_class *c, const cJSON *json)
     cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(json, "barred"))
     {
         if (c->bars < LL_CLASS_REMOVED)
-            c->barred[c->bars++] = read_client(cJSON_GetObjectItemCaseSensitive(item, "client"));
+            c->barred[c->bars++] = read_client(item);
     }
 }
 
@@ -167,6 +167,7 @@ cJSON *ll_class_save(const ll_class *c)
 {
     cJSON *json = cJSON_CreateObject(), *question = cJSON_CreateObject(), *members = cJSON_CreateArray();
     add_hash(json, "teacher", &c->teacher);
+    add_client(json, c->home);
     cJSON_AddItemToObject(json, "settings", ll_param_write(&ll_class_table, &c->now));
     cJSON_AddItemToObject(json, "board", save_link(&c->board.link));
     add_players(json, "driven", c->board.driven);
@@ -198,6 +199,7 @@ ll_status ll_class_load(ll_class *c, int capacity, const cJSON *json, ll_time no
         ll_class_end(c);
         return status;
     }
+    c->home = read_client(json);
     snprintf(c->question.lesson, sizeof c->question.lesson, "%s", lesson ? lesson : "");
     c->question.step = number(question, "step", 0, 999);
     c->question.choices = number(question, "choices", 0, LL_CLASS_CHOICES);

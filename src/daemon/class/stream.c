@@ -12,6 +12,12 @@
 #define GATHER_NS (500 * LL_MS) /* counts and measurements wait for each other this long */
 #define PING_NS (2 * LL_SECOND) /* between two measurements of a round trip */
 
+static bool has_member(const ll_class *c, const class_viewer *viewer)
+{
+    return viewer->place >= 0 && c->members[viewer->place].used &&
+           c->members[viewer->place].number == viewer->number;
+}
+
 /* ---- sending; locked ---- */
 
 static void send_hello(ll_class_entry *entry, class_viewer *viewer, ll_time now)
@@ -61,11 +67,11 @@ static void send_own(ll_class_entry *entry)
 {
     ll_class *c = &entry->values;
     for (class_viewer *v = entry->viewers; v; v = v->next) {
-        int place = ll_class_viewer_place(entry, v);
-        if (place < 0 && v->place >= 0)
+        bool present = has_member(c, v);
+        if (!present && v->place >= 0)
             send_removed(entry, v);
-        else if (place >= 0 && !c->members[place].notified)
-            ll_request_send(entry->classes->ws, v->id, ll_class_describe_member(c, place));
+        else if (present && !c->members[v->place].notified)
+            ll_request_send(entry->classes->ws, v->id, ll_class_describe_member(c, v->place));
     }
     for (int i = 0; i < c->capacity; i++)
         c->members[i].notified = true;
@@ -73,11 +79,9 @@ static void send_own(ll_class_entry *entry)
 
 static void measure(ll_class_entry *entry)
 {
-    for (class_viewer *v = entry->viewers; v; v = v->next) {
-        int place = ll_class_viewer_place(entry, v);
-        if (place >= 0 && entry->values.members[place].player >= 0)
+    for (class_viewer *v = entry->viewers; v; v = v->next)
+        if (has_member(&entry->values, v) && entry->values.members[v->place].player >= 0)
             ll_ws_ping(entry->classes->ws, v->id);
-    }
 }
 
 void ll_class_entry_tell(ll_class_entry *entry, ll_time now)
@@ -119,8 +123,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     pthread_mutex_lock(&classes->lock);
     viewer->next = entry->viewers;
     entry->viewers = viewer;
-    classes->news = true;
-    pthread_cond_signal(&classes->wake);
+    ll_classes_wake(classes);
     pthread_mutex_unlock(&classes->lock);
 }
 
@@ -128,9 +131,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
 static ll_class *version_with(ll_class_entry *entry, const class_viewer *viewer, int i)
 {
     ll_class *c = ll_class_entry_version(entry, i);
-    bool has = c && viewer->place >= 0 && c->members[viewer->place].used &&
-               c->members[viewer->place].number == viewer->number;
-    return has ? c : NULL;
+    return c && has_member(c, viewer) ? c : NULL;
 }
 
 /* The member of this connection has gone, or the connection becomes another's. */
@@ -207,8 +208,7 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
         cJSON_AddStringToObject(answer, "role", viewer && viewer->teacher ? "teacher" : "member");
         ll_request_send(classes->ws, id, answer);
     }
-    classes->news = true;
-    pthread_cond_signal(&classes->wake);
+    ll_classes_wake(classes);
     pthread_mutex_unlock(&classes->lock);
     cJSON_Delete(json);
 }
@@ -241,8 +241,7 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
         detach(entry, gone, ll_now_ns());
         break;
     }
-    classes->news = true;
-    pthread_cond_signal(&classes->wake);
+    ll_classes_wake(classes);
     pthread_mutex_unlock(&classes->lock);
     free(gone);
 }

@@ -256,8 +256,7 @@ static bool step(ll_class_entry *entry, ll_task *task)
     if (!is_final(status.code))
         entry->retry_at = ll_now_ns() + RETRY_NS;
     entry->working = is_final(status.code);
-    classes->news = true;
-    pthread_cond_signal(&classes->wake);
+    ll_classes_wake(classes);
     pthread_mutex_unlock(&classes->lock);
     cJSON_Delete(a.params);
     return is_final(status.code);

@@ -50,8 +50,7 @@ static void *reap_expired(void *argument)
     ll_time period = (ll_time)((period_s > 30 ? 30 : period_s) * 1e9);
     pthread_mutex_lock(&host->registry.lock);
     while (!host->registry.stopping) {
-        ll_time until = ll_now_ns() + period;
-        struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
+        struct timespec deadline = ll_deadline(CLOCK_MONOTONIC, period);
         while (!host->registry.stopping &&
                pthread_cond_timedwait(&host->registry.stop, &host->registry.lock, &deadline) == 0)
             ;
@@ -127,11 +126,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->replies.end = &host->replies.first;
     pthread_mutex_init(&host->registry.lock, NULL);
     pthread_mutex_init(&host->replies.lock, NULL);
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&host->registry.stop, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    ll_cond_init(&host->registry.stop);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
     host->usage.memory_max =

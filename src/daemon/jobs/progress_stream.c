@@ -257,11 +257,7 @@ ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_prog
     p->source = *source;
     p->ws = ws;
     pthread_mutex_init(&p->lock, NULL);
-    pthread_condattr_t monotonic; /* not affected by changes of the date */
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&p->wake, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    ll_cond_init(&p->wake);
     ll_ws_hooks hooks = {.context = p,
                          .opened = on_opened,
                          .message = on_message,

@@ -220,12 +220,8 @@ ll_status ll_store_open(const char *directory, ll_store **result)
     log_change(store, &store->why);
     store->failing = ll_failed(&store->why);
     pthread_mutex_init(&store->lock, NULL);
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&store->queued, &monotonic);
+    ll_cond_init(&store->queued);
     pthread_cond_init(&store->done, NULL);
-    pthread_condattr_destroy(&monotonic);
     if (pthread_create(&store->thread, NULL, write_all, store) != 0) {
         free_store(store);
         return ll_error(LL_NO_MEMORY, "cannot start store thread");

@@ -414,11 +414,7 @@ ll_status ll_tasks_start(int turns, ll_tasks **tasks)
     pthread_mutex_init(&p->lock, NULL);
     pthread_cond_init(&p->work, NULL);
     pthread_cond_init(&p->over, NULL);
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_cond_init(&p->watch, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    ll_cond_init(&p->watch);
     if (pthread_create(&p->watcher, NULL, watch_slices, p) == 0)
         return ll_ok();
     free(p);

@@ -263,12 +263,8 @@ static void *work(void *context)
 
 static void prepare(ll_workers *w)
 {
-    pthread_condattr_t attributes;
     pthread_mutex_init(&w->lock, NULL);
-    pthread_condattr_init(&attributes);
-    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    pthread_cond_init(&w->wake, &attributes);
-    pthread_condattr_destroy(&attributes);
+    ll_cond_init(&w->wake);
     for (int i = 0; i < LL_CLAIMS_MAX; i++)
         w->worker_threads[i].workers = w;
 }
