@@ -10,19 +10,19 @@
 
 #define TICK_NS (100 * LL_MS) /* between two checks of the boards of classes with members */
 
-#define ROW(name_, type_) .name = #name_, .type = type_, .offset = offsetof(ll_classes_config, name_)
+#define ROW(name_, type_) LL_PARAM_ROW(#name_, type_, ll_classes_config, name_)
 
 static const ll_param rows[] = {
-    {ROW(max_classes, LL_PARAM_INT), .min = 0, .max = 10000, .default_value = 200,
+    {ROW(max_classes, INT), .min = 0, .max = 10000, .default_value = 200,
      .help = "Classes that are open at once; 0: none may be opened."},
-    {ROW(max_client_classes, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 20,
+    {ROW(max_client_classes, INT), .min = 1, .max = 10000, .default_value = 20,
      .help = "Classes that one address has open at once."},
-    {ROW(max_class_members, LL_PARAM_INT), .min = 1, .max = 1000, .default_value = 64,
+    {ROW(max_class_members, INT), .min = 1, .max = 1000, .default_value = 64,
      .help = "Members of a class; in a full one those without a connection, and those of the address with "
              "the most, make room."},
-    {ROW(max_class_sessions, LL_PARAM_INT), .min = 1, .max = 10000, .default_value = 500,
+    {ROW(max_class_sessions, INT), .min = 1, .max = 10000, .default_value = 500,
      .help = "Sessions that were made for one class, boards and copies."},
-    {ROW(class_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
+    {ROW(class_ttl_s, REAL), .min = 1, .max = 1e9, .default_value = 14400, .unit = "s",
      .help = "A class ends after this time without connections and requests."},
 };
 

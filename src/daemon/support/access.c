@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROW(name_) .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_access_config, name_)
+#define ROW(name_) LL_PARAM_ROW(#name_, TEXT, ll_access_config, name_)
 
 enum { OPERATOR_SHORTEST = 16, LARGEST = 128 << 10 };
 
