@@ -15,7 +15,6 @@
 
 #include "base/assert.h"
 #include "base/rng.h"
-#include "daemon/http/http_problem.h"
 #include "session/section.h"
 #include "support/decode.h"
 

@@ -6,7 +6,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/access.h"
 

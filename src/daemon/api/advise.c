@@ -5,7 +5,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 #include "experiment/advise/advise.h"
 

@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/support/gzip.h"
 
 /* ---- tags ---- */

@@ -7,7 +7,6 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 #include "session/scenario.h"
 

@@ -6,7 +6,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "threads/clock.h"
 
 /* A member between two locks: its place may become another's. */

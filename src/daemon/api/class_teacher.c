@@ -5,7 +5,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "threads/clock.h"
 
 void ll_get_members(void *context, const ll_http_request *request, ll_http_response *response)

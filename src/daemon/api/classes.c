@@ -7,7 +7,6 @@
 
 #include "daemon/api/api.h"
 #include "daemon/class/origins.h"
-#include "daemon/http/http_problem.h"
 #include "threads/clock.h"
 
 /* ---- the class of a request, and who asks ---- */

@@ -6,7 +6,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "input/action_json.h"
 
 typedef struct command_args {

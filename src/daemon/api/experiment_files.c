@@ -9,7 +9,6 @@
 #include "base/version.h"
 #include "daemon/api/answer.h"
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/tasks.h"
 #include "experiment/format/compare.h"

@@ -7,7 +7,6 @@
 
 #include "daemon/api/api.h"
 #include "daemon/hosting/quota.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/tasks.h"
 #include "threads/clock.h"

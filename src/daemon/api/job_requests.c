@@ -4,8 +4,6 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/http/http_problem.h"
-
 static void answer_begun(const char *path, const char *id, const char *key, ll_http_response *response)
 {
     char self[160];

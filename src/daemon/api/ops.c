@@ -1,6 +1,5 @@
 /* For operations: liveness and readiness. */
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
 void ll_get_healthz(void *context, const ll_http_request *request, ll_http_response *response)

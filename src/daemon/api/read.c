@@ -9,7 +9,6 @@
 
 #include "daemon/api/answer.h"
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/support/tasks.h"
 
 /* An answer is held in memory. */

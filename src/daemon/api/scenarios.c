@@ -7,7 +7,6 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/support/log.h"
 #include "experiment/spec/experiment.h"
 #include "library/library.h"

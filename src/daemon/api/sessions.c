@@ -8,7 +8,6 @@
 
 #include "daemon/api/api.h"
 #include "daemon/api/idempotency.h"
-#include "daemon/http/http_problem.h"
 #include "library/library.h"
 #include "session/scenario.h"
 #include "session/workload.h"

@@ -17,6 +17,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/http/internal.h"
+#include "daemon/net/problem_json.h"
 
 /* ---- connections and their watchdog ---- */
 

@@ -2,8 +2,8 @@
  * body, is a task (tasks.h) from its first byte. Handlers that are short but may wait, for the store or a
  * session, run in a thread pool, so that no computation ever delays them: with bodies up to 4 KiB, larger
  * ones are tasks. A pool handler that would take long in a rare case requests to be called again as a task
- * (ll_http_become_task). A handler fills the response; it reports errors only as problem documents
- * (http_problem.h).
+ * (ll_http_become_task). A handler fills the response; it reports errors only as RFC 9457
+ * problem documents.
  *
  * Done here before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of changing requests (403), Content-Type (415), body limit (413); a missing
@@ -87,6 +87,18 @@ void ll_http_set_header(ll_http_response *response, const char *name, const char
 void ll_http_append(ll_http_response *response, const void *bytes, size_t size); /* appends to the body */
 void ll_http_printf(ll_http_response *response, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+/* Turns the response into a problem document. The HTTP status follows from the code; `errors` names the
+ * field. */
+void ll_http_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+
+/* The same with an explicit HTTP status; `error` has field and message. */
+void ll_http_problem_as(ll_http_response *response, const ll_http_request *request, int status,
+                        const ll_status *error);
+
+/* 429 and 503 with Retry-After. */
+void ll_http_problem_later(ll_http_response *response, const ll_http_request *request, int status,
+                           int retry_after_s, const ll_status *error);
+
 void ll_http_clear(ll_http_response *response); /* frees body and reader; status 200 again, headers cleared */
 
 /* True: the handler must return, and is called again as a task; what it has changed it leaves in `begun`. */

@@ -8,7 +8,6 @@
 
 #include "daemon/http/documents.h"
 #include "daemon/http/http.h"
-#include "daemon/http/http_problem.h"
 #include "daemon/net/config.h"
 #include "daemon/net/connection_limiter.h"
 #include "daemon/net/proxies.h"

@@ -1,4 +1,4 @@
-/* Functions of handlers: reading headers of the request, filling the response. */
+/* Functions of handlers: reading headers of the request, filling the response, also with an error. */
 #include <cjson/cJSON.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "daemon/http/internal.h"
+#include "daemon/net/problem_json.h"
 
 const char *ll_http_query(const ll_http_request *request, const char *name)
 {
@@ -190,6 +191,35 @@ bool ll_http_become_task(const ll_http_request *request, ll_http_response *respo
 {
     response->to_work = request->task == NULL;
     return response->to_work;
+}
+
+/* ---- problems ---- */
+
+void ll_http_problem_as(ll_http_response *response, const ll_http_request *request, int status,
+                        const ll_status *error)
+{
+    cJSON *problem = ll_http_problem_json(status, error, request != NULL ? request->path : NULL);
+    ll_http_json(response, status, problem);
+    if (!response->failed)
+        snprintf(response->type, sizeof response->type, "application/problem+json");
+}
+
+void ll_http_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
+{
+    int status = ll_http_problem_status(error->code);
+    if (status == 429 || status == 503)
+        ll_http_problem_later(response, request, status, 5, error);
+    else
+        ll_http_problem_as(response, request, status, error);
+}
+
+void ll_http_problem_later(ll_http_response *response, const ll_http_request *request, int status,
+                           int retry_after_s, const ll_status *error)
+{
+    char seconds[16];
+    snprintf(seconds, sizeof seconds, "%d", retry_after_s);
+    ll_http_problem_as(response, request, status, error);
+    ll_http_set_header(response, "Retry-After", seconds);
 }
 
 /* ---- tags and encodings ---- */

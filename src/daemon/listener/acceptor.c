@@ -18,8 +18,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/http/http_problem.h"
 #include "daemon/listener/web_server.h"
+#include "daemon/net/problem_json.h"
 #include "daemon/net/proxies.h"
 #include "threads/clock.h"
 
