@@ -202,6 +202,11 @@ const LIMITS = [
     Buffer.concat([frame(0x89, Buffer.from('one')), frame(0x88, Buffer.from([3, 232]))]),
     (seen) => assert.deepEqual([seen.pongs, seen.code], [[], 1000]),
   ],
+  [
+    'a pong between two pieces of a text, of which the first ends in a character, is closed with 1007',
+    Buffer.concat([frame(0x01, Buffer.from([0x22, 0xc3])), frame(0x8a, Buffer.from('x')), frame(0x80, Buffer.from([0xa4, 0x22]))]),
+    (seen) => assert.equal(seen.code, 1007),
+  ],
 ];
 
 for (const [name, bytes, check] of LIMITS) {
