@@ -28,7 +28,6 @@ typedef struct viewer {
  * list. */
 typedef struct watched {
     struct watched *next;
-    ll_progress *owner;
     char id[LL_EXPERIMENT_ID_MAX + 1];
     ll_ws_stream *stream;
     viewer *viewers;
@@ -225,7 +224,7 @@ void ll_progress_add(ll_progress *p, const char *id)
     pthread_mutex_lock(&p->lock);
     watched *w = p->stopping || find(p, id) ? NULL : calloc(1, sizeof *w);
     if (w) {
-        *w = (watched){.next = p->first, .owner = p, .done = -1};
+        *w = (watched){.next = p->first, .done = -1};
         snprintf(w->id, sizeof w->id, "%s", id);
         ll_status status = ll_ws_stream_open(p->ws, LL_STREAM_EXPERIMENT, id, w, &w->stream);
         if (ll_failed(&status)) /* GET still reports the progress */

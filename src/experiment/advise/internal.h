@@ -80,9 +80,6 @@ ll_sums ll_advise_cost_difference(const ll_trial *a, const ll_trial *b);
 /* Whether it costs more, by the 95 % interval of the differences by seed. */
 bool ll_advise_costs_more(const ll_trial *a, const ll_trial *b);
 
-/* Whether two settings gave the same at every common seed, so that they cannot be distinguished. */
-bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b);
-
 /* Runs one more seed, a fresh one or one of the repeats. */
 ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh);
 

@@ -245,7 +245,8 @@ static bool have_equal_results(const ll_values *a, const ll_values *b)
     return true;
 }
 
-bool ll_advise_is_indistinguishable(const ll_trial *a, const ll_trial *b)
+/* Whether two settings gave the same at every common seed, so that they cannot be distinguished. */
+static bool is_indistinguishable(const ll_trial *a, const ll_trial *b)
 {
     int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
     bool varies = a->own[ERROR].squares > 0 && b->own[ERROR].squares > 0;
@@ -439,8 +440,7 @@ static bool has_indistinguishable(const ll_advise_search *s, const ll_trial *t)
 {
     for (int p = 0; p < s->points; p++) {
         const ll_trial *other = &s->trials[p];
-        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n &&
-            ll_advise_is_indistinguishable(other, t))
+        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n && is_indistinguishable(other, t))
             return true;
     }
     return false;

@@ -90,7 +90,8 @@ ll_cell ll_cell_number(double value)
     return (ll_cell){.null = isnan(value), .number = value};
 }
 
-ll_cell ll_cell_text(const char *value)
+/* Empty: null. */
+static ll_cell text_cell(const char *value)
 {
     return (ll_cell){.null = value[0] == '\0', .text = value};
 }
@@ -98,7 +99,7 @@ ll_cell ll_cell_text(const char *value)
 ll_cell *ll_cells_put(ll_cell *cells, const ll_metric_table *columns, const ll_metric_reading *values)
 {
     for (int i = 0; i < columns->count; i++)
-        *cells++ = columns->fields[i].type == LL_METRIC_TEXT ? ll_cell_text(values[i].text)
+        *cells++ = columns->fields[i].type == LL_METRIC_TEXT ? text_cell(values[i].text)
                                                              : ll_cell_number(values[i].number);
     return cells;
 }

@@ -56,7 +56,6 @@ extern const ll_metric_table ll_point_columns, ll_count_columns, ll_statistics_c
 
 void ll_table_note(ll_result_table *table, const ll_row *row); /* for the notices */
 ll_cell ll_cell_number(double value);                          /* NaN: null */
-ll_cell ll_cell_text(const char *value);                       /* empty: null */
 /* Fills in the cells of these columns; returns the cell behind them. */
 ll_cell *ll_cells_put(ll_cell *cells, const ll_metric_table *columns, const ll_metric_reading *values);
 #define LL_CELLS_PUT(cells, columns, LIST)                                                                   \

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-int64_t ll_dimension_values(const ll_experiment *e, int dimension)
+static int64_t values_of(const ll_experiment *e, int dimension)
 {
     int a = 0;
     while (e->dimension[a] != dimension)
@@ -11,11 +11,12 @@ int64_t ll_dimension_values(const ll_experiment *e, int dimension)
     return e->axes[a].count;
 }
 
-int64_t ll_dimension_stride(const ll_experiment *e, int dimension)
+/* Points between two successive values. */
+static int64_t stride_of(const ll_experiment *e, int dimension)
 {
     int64_t stride = 1;
     for (int d = dimension + 1; d < e->dimension_count; d++) /* the last one varies fastest */
-        stride *= ll_dimension_values(e, d);
+        stride *= values_of(e, d);
     return stride;
 }
 
@@ -31,8 +32,8 @@ typedef struct maker {
 static int64_t take(const maker *m, const ll_difference *d, int64_t setting, double *values)
 {
     const ll_experiment *e = m->rows->experiment;
-    int64_t stride = ll_dimension_stride(e, d->dimension), pairs = 0;
-    int64_t first = setting / stride * stride * ll_dimension_values(e, d->dimension) + setting % stride;
+    int64_t stride = stride_of(e, d->dimension), pairs = 0;
+    int64_t first = setting / stride * stride * values_of(e, d->dimension) + setting % stride;
     const double *from = ll_report_rows_at(m->rows, d->metric, first + d->from * stride),
                  *of = ll_report_rows_at(m->rows, d->metric, first + d->of * stride);
     for (int64_t r = 0; r < e->head.repeats; r++) {
@@ -91,7 +92,7 @@ static ll_status add_details(maker *m, ll_difference *d)
 
 static int count_of(const ll_experiment *e, int dimension)
 {
-    int64_t values = ll_dimension_values(e, dimension);
+    int64_t values = values_of(e, dimension);
     return values > LL_DIFFERENCE_VALUES_MAX ? 0 : (int)(values * (values - 1) / 2) * e->metric_count;
 }
 
@@ -101,16 +102,15 @@ static void list_all(maker *m)
     const ll_experiment *e = m->rows->experiment;
     for (int k = 0; k < e->metric_count; k++)
         for (int d = 0; d < e->dimension_count; d++)
-            for (int from = 0, n = count_of(e, d) ? (int)ll_dimension_values(e, d) : 0; from < n; from++)
+            for (int from = 0, n = count_of(e, d) ? (int)values_of(e, d) : 0; from < n; from++)
                 for (int of = from + 1; of < n; of++)
-                    m->to->list[m->to->count++] =
-                        (ll_difference){.dimension = d,
-                                        .metric = k == 0                 ? e->error_metric
-                                                  : k <= e->error_metric ? k - 1
-                                                                         : k,
-                                        .from = from,
-                                        .of = of,
-                                        .settings = e->points / ll_dimension_values(e, d)};
+                    m->to->list[m->to->count++] = (ll_difference){.dimension = d,
+                                                                  .metric = k == 0 ? e->error_metric
+                                                                            : k <= e->error_metric ? k - 1
+                                                                                                   : k,
+                                                                  .from = from,
+                                                                  .of = of,
+                                                                  .settings = e->points / values_of(e, d)};
 }
 
 ll_status ll_differences_make(const ll_report_rows *rows, ll_differences *to)

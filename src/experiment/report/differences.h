@@ -25,7 +25,3 @@ typedef struct ll_differences {
 
 ll_status ll_differences_make(const ll_report_rows *rows, ll_differences *differences);
 void ll_differences_free(ll_differences *differences);
-
-/* Number of values of a dimension, and of points between two successive ones. */
-int64_t ll_dimension_values(const ll_experiment *experiment, int dimension);
-int64_t ll_dimension_stride(const ll_experiment *experiment, int dimension);
