@@ -11,10 +11,11 @@
 
 /* ---- JSON ---- */
 
-/* cJSON's nesting limit is for the whole process; this one is for laglab's documents, which need less. */
-static bool too_deep(const char *text, size_t length)
+/* Before a value is read: 64 bytes are kept of each, of one digit too. cJSON's nesting limit is for the whole
+ * process; this one is for laglab's documents, which need less. */
+static ll_status check_size(const char *text, size_t length)
 {
-    int depth = 0;
+    int depth = 0, values = 1;
     bool quoted = false;
     for (size_t i = 0; i < length; i++) {
         if (quoted) {
@@ -26,12 +27,15 @@ static bool too_deep(const char *text, size_t length)
             quoted = true;
         } else if (text[i] == '{' || text[i] == '[') {
             if (++depth > LL_JSON_DEPTH)
-                return true;
+                return ll_error(LL_BAD_INPUT, "JSON: must have at most %d levels of nesting", LL_JSON_DEPTH);
+            values++;
         } else if (text[i] == '}' || text[i] == ']') {
             depth--;
+        } else if (text[i] == ',' && ++values > LL_JSON_VALUES) {
+            return ll_error(LL_BAD_INPUT, "JSON: must have at most %d values", LL_JSON_VALUES);
         }
     }
-    return false;
+    return ll_ok();
 }
 
 static ll_status syntax_error(const char *text, size_t length, const char *at)
@@ -67,8 +71,7 @@ static const char *find_nul(const char *text, size_t length)
 ll_status ll_json_parse(const char *text, size_t length, cJSON **json)
 {
     *json = NULL;
-    if (too_deep(text, length))
-        return ll_error(LL_BAD_INPUT, "JSON: must have at most %d levels of nesting", LL_JSON_DEPTH);
+    LL_TRY(check_size(text, length));
     const char *nul = find_nul(text, length);
     if (nul)
         return syntax_error(text, length, nul);

@@ -22,7 +22,7 @@ const open = (query, wish = {}) => visit(browser, `${daemon.url}${query}`, wish)
 const sceneOf = (page) =>
   page.evaluate(async () => {
     while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-    return (await import(new URL('js/labs/rigid/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame);
+    return (await globalThis.moduleOf('labs/rigid/decode.js')).sceneOf(globalThis.laglab().frame);
   });
 
 /** The topmost dynamic body of a world, in m and on the screen. */
@@ -35,7 +35,7 @@ async function topmost(page, world = 0) {
 const place = (page, world, x, y) =>
   page.evaluate(
     async ([w, mx, my]) => {
-      const { cameras } = (await import(new URL('js/labs/rigid/lab.js', location.href).href)).drag;
+      const { cameras } = (await globalThis.moduleOf('labs/rigid/lab.js')).drag;
       const at = cameras.get(w),
         box = document.getElementById(`world${w}`).getBoundingClientRect();
       return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
@@ -316,7 +316,7 @@ test('a body is dragged by keys', async () => {
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
-  const hand = () => page.evaluate(async () => (await import(new URL('js/labs/rigid/lab.js', location.href).href)).drag.pointer.value);
+  const hand = () => page.evaluate(async () => (await globalThis.moduleOf('labs/rigid/lab.js')).drag.pointer.value);
   await page.keyboard.press('ArrowRight');
   for (let i = 0; i < 200; i++) {
     const at = await hand();

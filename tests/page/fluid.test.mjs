@@ -30,7 +30,7 @@ const pause = async (page) => {
 /** What the page has decoded of the newest frame. */
 const fluidOf = (page, i = 0) =>
   page.evaluate(async (at) => {
-    const { fluidsOf } = await import(new URL('js/labs/fluid/decode.js', location.href).href);
+    const { fluidsOf } = await globalThis.moduleOf('labs/fluid/decode.js');
     while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
     const one = fluidsOf(globalThis.laglab().frame)[at];
     if (!one) return null; /* not in this frame yet */
@@ -50,8 +50,8 @@ const valueAt = (field, x, y) =>
 const place = (page, x, y) =>
   page.evaluate(
     async ([sx, sy]) => {
-      const at = (await import(new URL('js/labs/fluid/lab.js', location.href).href)).drag.cameras.get(0);
-      const { layout } = await import(new URL('js/session/state.js', location.href).href);
+      const at = (await globalThis.moduleOf('labs/fluid/lab.js')).drag.cameras.get(0);
+      const { layout } = await globalThis.moduleOf('session/state.js');
       const [left, right, bottom, top] = layout.value.given.fluid.view,
         box = document.getElementById('fluid').getBoundingClientRect();
       return {
@@ -162,7 +162,7 @@ test('walls and empty cells have separate colours, and the view is not upside do
 test('the colour maps are even: no step is larger than another by a third', async () => {
   const { page, close } = await open('?scenario=fluid/cavity');
   const worst = await page.evaluate(async () => {
-    const { mapsOf } = await import(new URL('js/labs/fluid/colours.js', location.href).href);
+    const { mapsOf } = await globalThis.moduleOf('labs/fluid/colours.js');
     const lab = (packed) => {
       const [r, g, b] = [packed & 255, (packed >> 8) & 255, (packed >> 16) & 255].map((v) =>
         v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4,
@@ -249,7 +249,7 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   await page.waitForSelector('#profiles');
   await pause(page);
   const curves = await until(
-    () => page.evaluate(async () => (await import(new URL('js/workbench/measure.js', location.href).href)).profiles.value[0]),
+    () => page.evaluate(async () => (await globalThis.moduleOf('workbench/measure.js')).profiles.value[0]),
     'the profiles are measured',
   );
   assert.deepEqual(

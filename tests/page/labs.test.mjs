@@ -45,8 +45,11 @@ test('a dialog of settings goes with the lab that it is of', async () => {
   await (await dialogOf(page)).locator('[data-path]').first().waitFor();
   await page.keyboard.press('Escape');
   // The other lab is on its way when the dialog opens.
-  await page.getByRole('button', { name: 'Fluid', exact: true }).evaluate((/** @type {any} */ tab) => tab.click());
-  await settings.evaluate((/** @type {any} */ element) => element.click());
+  const tab = await page.getByRole('button', { name: 'Fluid', exact: true }).elementHandle();
+  await settings.evaluate((/** @type {any} */ element, /** @type {any} */ other) => {
+    other.click();
+    element.click();
+  }, tab);
   await page.locator('#fluid').waitFor();
   await page.locator('dialog').waitFor({ state: 'hidden' });
   assert.deepEqual(complaints, []);

@@ -67,12 +67,21 @@ export async function launch({ whole = false, args = [] } = {}) {
   return browser;
 }
 
+/** In the page: `moduleOf(PATH)` is a module of www/js as the page itself has it, at the address that is kept. */
+function moduleOf() {
+  /** @type {any} */ (globalThis).moduleOf = (/** @type {string} */ name) => {
+    const main = /** @type {any} */ (document.querySelector('script[src$="shell/main.js"]'));
+    return import(new URL(`../${name}`, main.src).href);
+  };
+}
+
 /** Opens the page in a context of its own; `complaints` gathers errors of console, page and requests.
  * @param {import('playwright-core').Browser} browser @param {string} url @param {any} [wish] */
 export async function visit(browser, url, wish = {}) {
   const { width = 1366, height = 768, wait = true, ...more } = wish;
   const context = await browser.newContext({ viewport: { width, height }, ...more });
   const page = await context.newPage();
+  await page.addInitScript(moduleOf);
   /** @type {string[]} */
   const complaints = [];
   /** @type {import('playwright-core').Request[]} */

@@ -71,7 +71,7 @@ for (const theme of ['light', 'dark', 'projector'])
   test(`A and B can be distinguished by those who see colours otherwise, and by dash, shape and letter without any: ${theme}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?scenario=race&theme=${theme}`);
     const colours = await page.evaluate(async () => {
-      const { palette } = await import(new URL('js/draw/palette.js', document.baseURI).href);
+      const { palette } = await globalThis.moduleOf('draw/palette.js');
       return palette().players.map(({ fill, text, dash }) => ({ fill, text, dash }));
     });
     const [a, b] = colours;
@@ -151,7 +151,7 @@ for (const at of [
     await hear(page);
     await page.waitForTimeout(1500);
     const { texts, lines, colours } = await page.evaluate(async () => {
-      const { palette } = await import(new URL('js/draw/palette.js', document.baseURI).href);
+      const { palette } = await globalThis.moduleOf('draw/palette.js');
       return { texts: globalThis.texts, lines: globalThis.lines, colours: palette() };
     });
     assert.ok(texts.length > 10, `${texts.length} texts`);

@@ -532,6 +532,31 @@ static void trace_has_a_row_per_tick(void **state)
     ll_session_destroy(s);
 }
 
+static ll_status parse_list(int values)
+{
+    char *text = malloc((size_t)values * 2 + 1);
+    cJSON *json;
+    assert_non_null(text);
+    for (int i = 0; i < values - 1; i++)
+        memcpy(text + 1 + 2 * i, "7,", 2);
+    text[0] = '[';
+    text[2 * (values - 1)] = ']';
+    ll_status status = ll_json_parse(text, (size_t)(2 * values - 1), &json);
+    assert_int_equal(ll_failed(&status) ? 0 : values - 1, cJSON_GetArraySize(json));
+    cJSON_Delete(json);
+    free(text);
+    return status;
+}
+
+static void json_has_a_bounded_number_of_values(void **state)
+{
+    (void)state;
+    must(parse_list(LL_JSON_VALUES));
+    ll_status status = parse_list(LL_JSON_VALUES + 1);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_non_null(strstr(status.text, "at most 100000 values"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -551,6 +576,7 @@ int main(void)
         cmocka_unit_test(log_with_an_impossible_input_runs),
         cmocka_unit_test(frames_hold_no_events_of_the_future),
         cmocka_unit_test(trace_has_a_row_per_tick),
+        cmocka_unit_test(json_has_a_bounded_number_of_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
