@@ -69,7 +69,15 @@ bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
 bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
                  ll_class_key *class_key, const ll_session_entry *origin)
 {
-    ll_status status = ll_host_check_rate(api->host, request->peer, class_key, origin);
+    ll_status status = ll_host_check_rate(api->host, request->peer, class_key, NULL, origin);
+    return ll_api_good(response, request, &status);
+}
+
+bool ll_api_class_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                       const ll_class_entry *entry, const ll_session_entry *origin)
+{
+    ll_status status = ll_host_check_rate(api->host, request->peer, ll_class_entry_class_key(entry),
+                                          ll_class_entry_id(entry), origin);
     return ll_api_good(response, request, &status);
 }
 

@@ -87,6 +87,9 @@ bool ll_api_admits_inside(ll_api *api, const ll_http_request *request, ll_http_r
  * parsed, so that a refused request counts too. */
 bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
                  struct ll_class_key *class_key, const ll_session_entry *origin);
+/* The same of a class's board, or of a copy of `origin`: these have rates of their own. */
+bool ll_api_class_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                       const ll_class_entry *entry, const ll_session_entry *origin);
 
 /* A value of the query: true or false; absent: false. */
 ll_status ll_api_query_flag(const ll_http_request *request, const char *name, bool *flag);

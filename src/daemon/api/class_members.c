@@ -64,7 +64,7 @@ static bool fork_board(ll_api *api, ll_class_entry *entry, const ll_http_request
                                 .peer = request->peer,
                                 .class_key = ll_class_entry_class_key(entry),
                                 .task = request->task};
-    bool made = ll_api_rate(api, request, response, create.class_key, origin) &&
+    bool made = ll_api_class_rate(api, request, response, entry, origin) &&
                 ll_api_make_session(api, request, response, &create, created);
     ll_session_entry_release(origin);
     return made;
@@ -214,7 +214,6 @@ static bool may_copy(ll_class_entry *entry, const who *w, const ll_http_request 
     ll_status status = w ? ll_class_may_act(c, w->place, ll_now_ns())
                          : ll_class_admits(c, ll_class_client(request->peer), ll_now_ns());
     ll_class_entry_unlock(entry);
-    LL_THEN(status, ll_class_entry_count_copy(entry, request->peer));
     return ll_api_good(response, request, &status);
 }
 

@@ -245,7 +245,7 @@ static void put_board(ll_api *api, ll_class_entry *entry, const cJSON *body, con
                                    .class_key = ll_class_entry_class_key(entry)};
     if (given)
         created.session_entry = find_own(api, body, request, response);
-    else if (!ll_api_rate(api, request, response, made_here.class_key, NULL) ||
+    else if (!ll_api_class_rate(api, request, response, entry, NULL) ||
              !ll_api_create_session(api, request, response, body, &made_here, &created))
         created.session_entry = NULL;
     if (!created.session_entry)

@@ -1,7 +1,6 @@
 /* The list of classes: opening, finding, ending, and whose keys count on which session. */
 #include "daemon/class/classes.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,16 +70,6 @@ ll_status ll_classes_find(ll_classes *classes, const char *name, const char *pee
         ll_rate_limits_take_many(classes->lookups, peer, -1, now);
     *result = entry;
     return ll_ok();
-}
-
-ll_status ll_class_entry_count_copy(ll_class_entry *entry, const char *peer)
-{
-    char name[LL_ID_LENGTH + 64];
-    snprintf(name, sizeof name, "%s %s", entry->id, peer);
-    bool allowed = !entry->class_key || ll_rate_limits_take(entry->classes->copies, name, ll_now_ns());
-    return allowed ? ll_ok()
-                   : ll_error(LL_LIMIT, "copies: must be at most %lld/min for one address of a class",
-                              (long long)entry->classes->config.max_class_members);
 }
 
 /* ---- opening and ending ---- */
@@ -295,15 +284,12 @@ ll_status ll_classes_start(const ll_classes_config *config, ll_host *host, ll_st
     ll_cond_init(&classes->wake);
     ll_cond_init(&classes->settled);
     classes->lookups = ll_rate_limits_new(lookups / 60, lookups);
-    classes->copies =
-        ll_rate_limits_new((double)config->max_class_members / 60, (double)config->max_class_members);
     ll_ws_hooks hooks = ll_classes_hooks(classes);
     ll_ws_set_hooks(ws, LL_STREAM_CLASS, &hooks);
     ll_host_set_guests(host, guest_role, classes);
     ll_store_on_commit(store, ll_classes_on_commit, classes);
     LL_TRY(ll_classes_restore(classes));
-    classes->started =
-        classes->lookups && classes->copies && pthread_create(&classes->thread, NULL, serve, classes) == 0;
+    classes->started = classes->lookups && pthread_create(&classes->thread, NULL, serve, classes) == 0;
     return classes->started ? ll_ok() : ll_error(LL_NO_MEMORY, "cannot start the thread of classes");
 }
 
@@ -331,7 +317,6 @@ void ll_classes_free(ll_classes *classes)
         ll_class_entry_release(entry);
     }
     ll_rate_limits_free(classes->lookups);
-    ll_rate_limits_free(classes->copies);
     pthread_cond_destroy(&classes->wake);
     pthread_cond_destroy(&classes->settled);
     pthread_mutex_destroy(&classes->lock);

@@ -51,9 +51,6 @@ ll_status ll_classes_open(ll_classes *classes, const char *peer, ll_class_key *c
 ll_status ll_classes_find(ll_classes *classes, const char *name, const char *peer, ll_class_entry **entry);
 void ll_class_entry_release(ll_class_entry *entry); /* NULL: no effect */
 
-/* LL_LIMIT: of a class that a class key opened, this address asks for too many copies, whose number would use
- * up the rate of the key for all others. Else it is counted. */
-ll_status ll_class_entry_count_copy(ll_class_entry *entry, const char *peer);
 uint64_t ll_class_client(const char *peer); /* hash of an address */
 
 const char *ll_class_entry_id(const ll_class_entry *entry);

@@ -60,8 +60,8 @@ struct ll_classes {
     ll_host *host;
     ll_tasks *tasks;
     ll_ws *ws;
-    ll_store *store;                  /* NULL: in memory only */
-    ll_rate_limits *lookups, *copies; /* by address; copies of classes that a class key opened */
+    ll_store *store; /* NULL: in memory only */
+    ll_rate_limits *lookups;
     pthread_t thread;
     bool started;
     pthread_mutex_t lock;

@@ -128,9 +128,10 @@ ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct 
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
 /* Of sessions, classes, experiments and jobs, by `class_key` or, if that is NULL, by the address; a fork of
- * `origin` (may be NULL) counts by its log. LL_LIMIT. */
+ * `origin` (may be NULL) counts by its log. With `class_id` (NULL: none) boards of this class, or with
+ * `origin` its copies, by the address that asks for them, each at the same rate. LL_LIMIT. */
 ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key,
-                             const ll_session_entry *origin);
+                             const char *class_id, const ll_session_entry *origin);
 
 /* What an operator sees of a session. */
 typedef struct ll_host_entry {

@@ -101,42 +101,45 @@ static double rate_of(const ll_host *host, const ll_class_key *key)
                                              : host->config.max_new_sessions_per_min;
 }
 
-/* Addresses and keys have buckets of one size: where more sessions fit, each takes less. */
-static bool take_rate(ll_host *host, const char *client, const ll_class_key *key, double sessions)
+/* All buckets have one size: where more sessions fit, each takes less. The boards of a class have a bucket
+ * of its own; the copies of one address use up neither it nor those of other addresses. */
+static bool take_rate(ll_host *host, const char *peer, const ll_class_key *key, const char *class_id,
+                      bool copy, double sessions)
 {
-    char bucket[LL_KEY_NAME_MAX + 16];
-    snprintf(bucket, sizeof bucket, "class key %s", key ? key->name : "");
+    char bucket[128];
+    if (class_id)
+        snprintf(bucket, sizeof bucket, "class %s %s", class_id, copy ? peer : "");
+    else
+        snprintf(bucket, sizeof bucket, "%s%s", key ? "class key " : "", key ? key->name : peer);
     double cost = host->config.max_new_sessions_per_min / rate_of(host, key);
-    return ll_rate_limits_take_many(host->creations, key ? bucket : client, sessions * cost, ll_now_ns());
+    return ll_rate_limits_take_many(host->creations, bucket, sessions * cost, ll_now_ns());
 }
 
-static ll_status rate_full(ll_host *host, ll_class_key *key)
-{
-    double most = rate_of(host, key);
-    if (!key)
-        return ll_error(LL_LIMIT, "sessions, classes and experiments: must be at most %g/min for one address",
-                        most);
-    atomic_fetch_add(&key->refused, 1);
-    return ll_error(
-        LL_LIMIT,
-        "The class key %s may make at most %g sessions, classes and experiments per minute; wait a little.",
-        key->name, most);
-}
-
-ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key,
+ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key, const char *class_id,
                              const ll_session_entry *origin)
 {
     int64_t bytes = origin ? atomic_load(&origin->shared.log_bytes) : 0;
-    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES);
-    if (take_rate(host, peer, key, sessions))
+    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = rate_of(host, key);
+    if (take_rate(host, peer, key, class_id, origin, sessions))
         return ll_ok();
     atomic_fetch_add(&host->refused.creations, 1);
-    ll_status status = rate_full(host, key);
-    return sessions > 1 && !key ? ll_error(LL_LIMIT,
-                                           "sessions: must be at most %g/min for one address; this fork of a "
-                                           "log of %.1f MiB counts as %g",
-                                           rate_of(host, NULL), (double)bytes / mebi, sessions)
-                                : status;
+    if (key)
+        atomic_fetch_add(&key->refused, 1);
+    if (key && !class_id)
+        return ll_error(LL_LIMIT,
+                        "The class key %s may make at most %g sessions, classes and experiments per minute; "
+                        "wait a little.",
+                        key->name, most);
+    const char *of_class = class_id ? " of a class" : "";
+    if (sessions > 1)
+        return ll_error(LL_LIMIT,
+                        "sessions: must be at most %g/min for one address%s; this fork of a log of %.1f MiB "
+                        "counts as %g",
+                        most, of_class, (double)bytes / mebi, sessions);
+    if (class_id && !origin)
+        return ll_error(LL_LIMIT, "boards: must be at most %g/min for one class", most);
+    return ll_error(LL_LIMIT, "%s: must be at most %g/min for one address%s",
+                    class_id ? "copies" : "sessions, classes and experiments", most, of_class);
 }
 
 ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes)

@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 
 #include "base/hash.h"
 
@@ -10,6 +11,7 @@ enum { BUCKETS = 4096 };
 
 struct ll_rate_limits {
     double per_s, burst;
+    uint64_t seed; /* so that no client can choose a name that shares a bucket */
     pthread_mutex_t lock;
     ll_bucket bucket[BUCKETS];
 };
@@ -40,8 +42,10 @@ bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
 ll_rate_limits *ll_rate_limits_new(double per_s, double burst)
 {
     ll_rate_limits *rates = calloc(1, sizeof *rates);
-    if (!rates)
+    if (!rates || getrandom(&rates->seed, sizeof rates->seed, 0) != (ssize_t)sizeof rates->seed) {
+        free(rates);
         return NULL;
+    }
     rates->per_s = per_s;
     rates->burst = burst;
     pthread_mutex_init(&rates->lock, NULL);
@@ -63,7 +67,7 @@ bool ll_rate_limits_take(ll_rate_limits *rates, const char *name, ll_time now)
 
 bool ll_rate_limits_take_many(ll_rate_limits *rates, const char *name, double many, ll_time now)
 {
-    uint64_t hash = ll_hash(0, name, strlen(name));
+    uint64_t hash = ll_hash(rates->seed, name, strlen(name));
     pthread_mutex_lock(&rates->lock);
     bool taken = take_many(&rates->bucket[hash % BUCKETS], many, rates->per_s, rates->burst, now);
     pthread_mutex_unlock(&rates->lock);
