@@ -262,3 +262,22 @@ test('a limit of descriptors that is too small for the connections is said at th
   assert.match(await said(400), /"warn".*300 descriptors \(ulimit -n\) are too few for 400 connections.*464 are needed/);
   assert.doesNotMatch(await said(200), /descriptors/);
 });
+
+test('who opens many classes makes little more with them: the n-th has the n-th part of the rate', async () => {
+  await withDaemon(['--max-new-sessions-per-min', '12'], async (s) => {
+    const made = [];
+    for (let n = 1; n <= 6; n++) {
+      const opened = await s.call('POST', '/api/v1/classes', { body: {} });
+      assert.equal(opened.status, 201, opened.text);
+      const show = () =>
+        s.call('PUT', `/api/v1/classes/${opened.json.id}/board`, { key: opened.json.teacher_key, body: { scenario: 'race' } });
+      let boards = 0,
+        answer = await show();
+      for (; answer.status === 200 && boards < 50; answer = await show()) boards++;
+      assert.match(answer.json.detail, /^boards: must be at most [0-9.]+\/min for one class/);
+      made.push(boards);
+    }
+    // One more of each where a busy machine took seconds.
+    for (const [i, boards] of made.entries()) assert.ok(boards >= Math.floor(12 / (i + 1)) && boards <= 12 / (i + 1) + 2, made.join());
+  });
+});

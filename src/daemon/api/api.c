@@ -76,8 +76,9 @@ bool ll_api_rate(ll_api *api, const ll_http_request *request, ll_http_response *
 bool ll_api_class_rate(ll_api *api, const ll_http_request *request, ll_http_response *response,
                        const ll_class_entry *entry, const ll_session_entry *origin)
 {
-    ll_status status = ll_host_check_rate(api->host, request->peer, ll_class_entry_class_key(entry),
-                                          ll_class_entry_id(entry), origin);
+    ll_host_class one = ll_class_entry_of_host(entry);
+    ll_status status =
+        ll_host_check_rate(api->host, request->peer, ll_class_entry_class_key(entry), &one, origin);
     return ll_api_good(response, request, &status);
 }
 

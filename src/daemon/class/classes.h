@@ -55,6 +55,7 @@ uint64_t ll_class_client(const char *peer); /* hash of an address */
 
 const char *ll_class_entry_id(const ll_class_entry *entry);
 const char *ll_class_entry_code(const ll_class_entry *entry);
+ll_host_class ll_class_entry_of_host(const ll_class_entry *entry);
 ll_class_key *ll_class_entry_class_key(const ll_class_entry *entry); /* NULL: none */
 
 /* For reading, as it is stored. NULL: the class has ended, and is not locked. */

@@ -46,12 +46,20 @@ ll_status ll_class_entry_list(ll_class_entry *entry)
         return status;
     }
     ll_class_entry_retain(entry); /* for the list */
+    entry->nth = 1;
+    for (const ll_class_entry *other = classes->first; other && !entry->key_name[0]; other = other->next)
+        entry->nth += !other->key_name[0] && other->values.home == entry->values.home;
     entry->next = classes->first;
     classes->first = entry;
     classes->count++;
     if (entry->class_key)
         atomic_fetch_add(&entry->class_key->used[LL_KEY_CLASSES], 1);
     return status;
+}
+
+ll_host_class ll_class_entry_of_host(const ll_class_entry *entry)
+{
+    return (ll_host_class){.id = entry->id, .nth = entry->nth};
 }
 
 const char *ll_class_entry_id(const ll_class_entry *entry)

@@ -33,6 +33,7 @@ struct ll_class_entry {
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
     ll_class_key *class_key;            /* or the key; NULL: none, or its line is missing now */
     char key_name[LL_KEY_NAME_MAX + 1]; /* empty: none */
+    int nth;                            /* of the classes that its address had open; with a key 1 */
 
     /* guarded by the lock of `classes` */
     ll_class values;  /* as it is stored: what all others see */

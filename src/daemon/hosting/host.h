@@ -127,11 +127,17 @@ ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct 
 /* Deletes it from memory at once, and its row as soon as the store works. False: it was deleted already. */
 bool ll_host_discard(ll_host *host, ll_session_entry *session_entry);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
+/* A class whose boards and copies are made: the `nth` of those that its address, or its key, has open. */
+typedef struct ll_host_class {
+    const char *id;
+    int nth;
+} ll_host_class;
 /* Of sessions, classes, experiments and jobs, by `class_key` or, if that is NULL, by the address; a fork of
- * `origin` (may be NULL) counts by its log. With `class_id` (NULL: none) boards of this class, or with
- * `origin` its copies, by the address that asks for them, each at the same rate. LL_LIMIT. */
+ * `origin` (may be NULL) counts by its log. With `for_class` (NULL: none) boards of this class, or with
+ * `origin` its copies, by the address that asks for them, each at the `nth` part of the rate: so one address
+ * cannot fill the daemon by opening classes. LL_LIMIT. */
 ll_status ll_host_check_rate(ll_host *host, const char *peer, struct ll_class_key *class_key,
-                             const char *class_id, const ll_session_entry *origin);
+                             const ll_host_class *for_class, const ll_session_entry *origin);
 
 /* What an operator sees of a session. */
 typedef struct ll_host_entry {

@@ -103,43 +103,44 @@ static double rate_of(const ll_host *host, const ll_class_key *key)
 
 /* All buckets have one size: where more sessions fit, each takes less. The boards of a class have a bucket
  * of its own; the copies of one address use up neither it nor those of other addresses. */
-static bool take_rate(ll_host *host, const char *peer, const ll_class_key *key, const char *class_id,
-                      bool copy, double sessions)
+static bool take_rate(ll_host *host, const char *peer, const ll_class_key *key,
+                      const ll_host_class *for_class, bool copy, double sessions, double most)
 {
     char bucket[128];
-    if (class_id)
-        snprintf(bucket, sizeof bucket, "class %s %s", class_id, copy ? peer : "");
+    if (for_class)
+        snprintf(bucket, sizeof bucket, "class %s %s", for_class->id, copy ? peer : "");
     else
         snprintf(bucket, sizeof bucket, "%s%s", key ? "class key " : "", key ? key->name : peer);
-    double cost = host->config.max_new_sessions_per_min / rate_of(host, key);
+    double cost = host->config.max_new_sessions_per_min / most;
     return ll_rate_limits_take_many(host->creations, bucket, sessions * cost, ll_now_ns());
 }
 
-ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key, const char *class_id,
-                             const ll_session_entry *origin)
+ll_status ll_host_check_rate(ll_host *host, const char *peer, ll_class_key *key,
+                             const ll_host_class *for_class, const ll_session_entry *origin)
 {
     int64_t bytes = origin ? atomic_load(&origin->shared.log_bytes) : 0;
-    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = rate_of(host, key);
-    if (take_rate(host, peer, key, class_id, origin, sessions))
+    double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES),
+           most = rate_of(host, key) / (for_class ? for_class->nth : 1);
+    if (take_rate(host, peer, key, for_class, origin, sessions, most))
         return ll_ok();
     atomic_fetch_add(&host->refused.creations, 1);
     if (key)
         atomic_fetch_add(&key->refused, 1);
-    if (key && !class_id)
+    if (key && !for_class)
         return ll_error(LL_LIMIT,
                         "The class key %s may make at most %g sessions, classes and experiments per minute; "
                         "wait a little.",
                         key->name, most);
-    const char *of_class = class_id ? " of a class" : "";
+    const char *of_class = for_class ? " of a class" : "";
     if (sessions > 1)
         return ll_error(LL_LIMIT,
                         "sessions: must be at most %g/min for one address%s; this fork of a log of %.1f MiB "
                         "counts as %g",
                         most, of_class, (double)bytes / mebi, sessions);
-    if (class_id && !origin)
+    if (for_class && !origin)
         return ll_error(LL_LIMIT, "boards: must be at most %g/min for one class", most);
     return ll_error(LL_LIMIT, "%s: must be at most %g/min for one address%s",
-                    class_id ? "copies" : "sessions, classes and experiments", most, of_class);
+                    for_class ? "copies" : "sessions, classes and experiments", most, of_class);
 }
 
 ll_status ll_quota_check_session(ll_host *host, const char *client, ll_class_key *key, int64_t bytes)
