@@ -54,7 +54,7 @@ static void write_web_server(ll_http_response *r, const ll_web_server_stats *d)
     gauge(r, "connections", (double)d->connections, "Open connections of every kind.");
     counter(r, "connections_total", d->accepted, "Connections accepted.");
     gauge(r, "answer_bytes", (double)d->answer_bytes, "Bytes of large answers being sent.");
-    counter(r, "bridged_total", d->bridged, "Streams opened on a kept connection.");
+    counter(r, "bridged_total", d->bridged, "Streams opened on a kept connection, or with a query.");
     gauge(r, "viewers", (double)d->ws.viewers, "Viewers of streams.");
     counter(r, "viewers_total", d->ws.opened, "Viewers since the start.");
     gauge(r, "streams", (double)d->ws.streams, "Open streams.");

@@ -169,7 +169,7 @@ void ll_http_watch(ll_http *http, int64_t now_ns);
 
 typedef struct ll_http_counted {
     uint64_t requests, cut;
-    uint64_t upgrades; /* on kept connections */
+    uint64_t upgrades; /* on kept connections, or with a query */
     uint64_t refused_answers, answer_bytes;
     int control;      /* requests for the pool, waiting or running */
     double control_s; /* age of the oldest of them */

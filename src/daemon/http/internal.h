@@ -64,6 +64,7 @@ typedef struct http_exchange {
     http_value *values;
     char *body;
     size_t body_capacity, body_limit, swallowed;
+    uint32_t asked; /* names that the query has had, by their place among those of the route */
     bool refused;   /* the response was made before the body arrived */
     bool ambiguous; /* two parsers could read it as two requests: the connection must end */
     bool head;      /* HEAD */

@@ -170,7 +170,8 @@ static bool pass_on(http_exchange *exchange, const ll_upgrade *upgrade)
     return true;
 }
 
-/* Requests for a stream's path: an upgrade on a kept connection, or one that the acceptor refused. */
+/* Requests for a stream's path: an upgrade on a kept connection or with a query, or one that the acceptor
+ * refused. */
 static void begin_stream(http_exchange *exchange, bool http11)
 {
     ll_http *http = exchange->http;
@@ -186,8 +187,7 @@ static void begin_stream(http_exchange *exchange, bool http11)
     if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
         if (http->app.started != NULL && !http->app.started(http->app.context, request, &exchange->response))
             return;
-        static const char *const names[LL_STREAM_KINDS] = {"session", "experiment", "class"};
-        error = ll_error(LL_NOT_FOUND, "%s not found", names[upgrade.kind]);
+        error = ll_error(LL_NOT_FOUND, "%s not found", ll_stream_names[upgrade.kind]);
         status = 404;
     }
     if (!ll_failed(&error)) {
@@ -336,42 +336,43 @@ static void begin_body(http_exchange *exchange)
 }
 
 /* `?shard=` is for the proxy: a request for another shard came by a wrong way. */
-static enum MHD_Result check_shard(http_exchange *exchange, const char *value)
-{
-    const char *own = exchange->http->app.shard;
-    if (value != NULL && strcmp(value, own) == 0)
-        return MHD_YES;
-    ll_http_refuse(exchange, 400, LL_BAD_INPUT, "shard",
-                   "shard: must be %s, the name of this daemon; got %.40s", own,
-                   value != NULL ? value : "empty");
-    exchange->refused = true;
-    return MHD_NO;
-}
-
 static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, const char *name,
                                       const char *value)
 {
     (void)kind;
     http_exchange *exchange = closure;
     const char *shard = exchange->http->app.shard;
-    if (shard != NULL && *shard != '\0' && strcmp(name, "shard") == 0)
-        return check_shard(exchange, value);
-    const char *known = exchange->route->query;
+    const char *names = exchange->route != NULL ? exchange->route->query : ""; /* a stream has none */
     size_t size = strlen(name);
-    for (const char *at = known; *at != '\0';
-         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ","))
-        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0)
-            return MHD_YES;
-    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "query: %.60s is unknown; %s%s", name,
-                   *known != '\0' ? "must be one of " : "none is allowed", known);
+    uint32_t bit = 1; /* of shard; then of each name */
+    bool is_shard = shard != NULL && *shard != '\0' && strcmp(name, "shard") == 0, known = is_shard;
+    for (const char *at = names; !known && *at != '\0'; at += strcspn(at, ","), at += *at == ',') {
+        known = strcspn(at, ",") == size && strncmp(at, name, size) == 0;
+        bit <<= 1;
+    }
+    if (!known) {
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "query: %.60s is unknown; %s%s", name,
+                       *names != '\0' ? "must be one of " : "none is allowed", names);
+    } else if ((exchange->asked & bit) != 0) {
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "%.60s: must come once in the query", name);
+    } else if (is_shard && (value == NULL || strcmp(value, shard) != 0)) {
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, "shard",
+                       "shard: must be %s, the name of this daemon; got %.40s", shard,
+                       value != NULL ? value : "empty");
+    } else {
+        exchange->asked |= bit;
+        return MHD_YES;
+    }
     exchange->refused = true;
     return MHD_NO;
 }
 
-static void check_query(http_exchange *exchange)
+static bool query_refused(http_exchange *exchange)
 {
-    if (exchange->route->query != NULL)
+    exchange->refused = false;
+    if (exchange->route == NULL || exchange->route->query != NULL)
         MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, check_argument, exchange);
+    return exchange->refused;
 }
 
 void ll_http_begin(http_exchange *exchange, const char *method, const char *version)
@@ -394,7 +395,9 @@ void ll_http_begin(http_exchange *exchange, const char *method, const char *vers
     }
     ll_http_take_digest(exchange);
     if (exchange->named == HTTP_ITS_ADDRESS && ll_stream_path(text_of(exchange->path), &kind, id)) {
-        begin_stream(exchange, is_http11(version));
+        if (!query_refused(exchange))
+            begin_stream(exchange, is_http11(version));
+        exchange->refused = true;
         return;
     }
     exchange->route = find(exchange, allow, sizeof allow);
@@ -414,7 +417,7 @@ void ll_http_begin(http_exchange *exchange, const char *method, const char *vers
         if (exchange->route != NULL) {
             begin_body(exchange);
             if (!exchange->refused)
-                check_query(exchange);
+                query_refused(exchange);
         }
     }
 }

@@ -166,13 +166,15 @@ static void hand_over(ll_acceptor *acceptor, pending_connection *a, const ll_upg
     }
 }
 
-/* Routes a complete head: valid upgrades to the streams, all others, also invalid upgrades, to HTTP. */
+/* Routes a complete head: valid upgrades to the streams, all others, also invalid upgrades, to HTTP, which
+ * alone checks queries. */
 static void route(ll_acceptor *acceptor, pending_connection *a, const ll_head *head)
 {
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(head, &acceptor->allow, &upgrade, &status);
-    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade);
+    bool stream = !ll_failed(&error) && memchr(head->target.at, '?', head->target.size) == NULL &&
+                  ll_ws_knows(acceptor->ws, &upgrade);
     hand_over(acceptor, a, stream ? &upgrade : NULL, head->size);
 }
 

@@ -1,7 +1,7 @@
 /* The web server: one TCP port for the page, REST and WebSocket streams.
  *
  *   acceptor thread --- plain HTTP head ---> libmicrohttpd pool --> handlers (http.h)
- *        |                                        | an upgrade on a kept connection
+ *        |                                        | an upgrade on a kept connection, or with a query
  *        |                                        v
  *        +------------- valid upgrade -------> stream threads (ws.h)
  *
@@ -28,7 +28,7 @@ typedef struct ll_web_server_stats {
     uint64_t refused_total, refused_per_ip; /* 503, 429 */
     uint64_t refused_head;                  /* 400, 408, 431, 505 */
     uint64_t requests;                      /* that reached the HTTP side */
-    uint64_t bridged;                       /* upgrades on kept connections */
+    uint64_t bridged;                       /* upgrades on kept connections, or with a query */
     uint64_t cut;                           /* slow requests on kept connections */
     uint64_t refused_answers;               /* 503: max_answers_mib reached */
     uint64_t answer_bytes;                  /* of large answers being sent */

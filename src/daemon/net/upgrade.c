@@ -7,6 +7,8 @@
 const char *const ll_stream_protocols[LL_STREAM_PROTOCOLS] = {
     [LL_FRAME_BINARY] = "laglab.v2.bin", [LL_FRAME_JSON] = "laglab.v2.json"};
 
+const char *const ll_stream_names[LL_STREAM_KINDS] = {"session", "experiment", "class"};
+
 static bool is_name_character(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';

@@ -80,6 +80,8 @@ typedef enum ll_stream_kind {
     LL_STREAM_KINDS
 } ll_stream_kind;
 
+extern const char *const ll_stream_names[LL_STREAM_KINDS]; /* for messages: session */
+
 /* Kind and id of a stream's path, `/api/v1/sessions/ID/stream`, or `experiments` or `classes` in place of
  * `sessions` (a query may follow); false for any other path. */
 bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65]);

@@ -118,7 +118,7 @@ static void test_big_head(void **state)
     free(cookie);
     int fd = net_connect(f.port);
     snprintf(answer, sizeof answer,
-             "GET /api/v1/sessions/s0/stream?x=1 HTTP/1.1\r\nHost: localhost\r\n%sUpgrade: WebSocket\r\n"
+             "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\n%sUpgrade: WebSocket\r\n"
              "Connection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n"
              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
              "Sec-WebSocket-Protocol: other, laglab.v2.json, laglab.v2.bin\r\n\r\n",

@@ -520,7 +520,7 @@ static void test_all_at_once(void **state)
 {
     (void)state;
     static const char head[] =
-        "GET /api/v1/sessions/s0/stream?token=1 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
+        "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
         "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
         "dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " BIN "\r\n\r\n";
     for (int kept = 0; kept < 2; kept++) {
