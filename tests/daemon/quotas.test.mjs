@@ -253,14 +253,44 @@ test('the rate comes before the body: what is refused counts too, and is not rea
   });
 });
 
-test('a limit of descriptors that is too small for the connections is said at the start, with both numbers', async () => {
-  const said = async (/** @type {number} */ connections) => {
-    const daemon = await startDaemon({ before: ['prlimit', '--nofile=300:300'], args: ['--max-connections', String(connections)] });
-    await daemon.stop();
-    return daemon.errors();
+test('with too few descriptors fewer connections are accepted, more get a 503; the start says so, with the numbers', async (t) => {
+  const limited = async (/** @type {number} */ files, /** @type {number} */ connections) => {
+    const before = ['prlimit', `--nofile=${files}:${files}`];
+    const daemon = await startDaemon({ before, args: ['--max-connections', String(connections)] });
+    t.after(() => daemon.stop());
+    return daemon;
   };
-  assert.match(await said(400), /"warn".*300 descriptors \(ulimit -n\) are too few for 400 connections.*464 are needed/);
-  assert.doesNotMatch(await said(200), /descriptors/);
+  const daemon = await limited(180, 123),
+    sockets = Array.from({ length: 200 }, () => net.connect(daemon.port, '127.0.0.1')),
+    answers = await Promise.all(
+      sockets.map(async (socket) => {
+        let text = '';
+        socket.on('error', () => {});
+        socket.on('data', (part) => {
+          text += part;
+        });
+        socket.write('GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n');
+        await waitFor(() => /"ok"\}$|\(max_connections\)/.test(text), 'an answer, of any kind');
+        return text.slice(9, 12);
+      }),
+    );
+  assert.equal(answers.filter((status) => status === '200').length, 92);
+  assert.equal(answers.filter((status) => status === '503').length, 108);
+  sockets[3].destroy();
+  await waitFor(async () => (await fetch(new URL('/readyz', daemon.url))).status === 200, 'a free place');
+  for (const socket of sockets) socket.destroy();
+  assert.match(daemon.errors(), /"warn".*180 descriptors \(ulimit -n\) are too few for 123 .*: 217 are needed\. At most 92 /);
+  for (const [files, connections, needed] of [
+    [217, 123, 0],
+    [216, 123, 217],
+    [5183, 4096, 5184],
+    [5184, 4096, 0],
+  ]) {
+    const other = await limited(files, connections);
+    await other.stop();
+    if (needed) assert.match(other.errors(), new RegExp(`${connections} connections.*: ${needed} are needed`));
+    else assert.doesNotMatch(other.errors(), /descriptors/);
+  }
 });
 
 test('who opens many classes makes little more with them: the n-th has the n-th part of the rate', async () => {

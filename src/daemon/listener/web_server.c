@@ -21,16 +21,27 @@ struct ll_web_server {
     bool drained;
 };
 
-/* What the connections need, and not the maximum, which is 10^9 in some containers: libraries size tables by
- * it, libwebsockets 16 bytes a descriptor for each stream thread. */
-static void set_descriptor_limit(const ll_web_server_config *config)
+/* A connection takes one descriptor; an upgrade on a kept one a second for a moment, a large answer one of
+ * its file. Connections beyond the descriptors would wait without an answer: the limit comes first, with its
+ * 503. The process gets what it needs and not the maximum, which is 10^9 in some containers: libraries size
+ * tables by it, libwebsockets 16 bytes a descriptor for each stream thread. */
+static void fit_descriptors(ll_web_server_config *config)
 {
     struct rlimit limit;
-    rlim_t wanted = (rlim_t)config->max_connections + 1024;
-    if (getrlimit(RLIMIT_NOFILE, &limit) == 0) {
-        limit.rlim_cur = wanted < limit.rlim_max ? wanted : limit.rlim_max;
-        setrlimit(RLIMIT_NOFILE, &limit);
-    }
+    int64_t wanted = config->max_connections, needed = wanted + wanted / 4 + 64;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0)
+        return;
+    rlim_t ample = (rlim_t)needed + 1024;
+    limit.rlim_cur = ample < limit.rlim_max ? ample : limit.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &limit);
+    if (limit.rlim_cur >= (rlim_t)needed)
+        return;
+    config->max_connections = limit.rlim_cur > 84 ? ((int64_t)limit.rlim_cur - 64) * 4 / 5 : 16;
+    ll_log_write(
+        "warn", "descriptors",
+        "%lld descriptors (ulimit -n) are too few for %lld connections (--max-connections): %lld are "
+        "needed. At most %lld connections are accepted, more get a 503.",
+        (long long)limit.rlim_cur, (long long)wanted, (long long)needed, (long long)config->max_connections);
 }
 
 /* A socket that the service manager opened (sd_listen_fds(3)): descriptor 3, if LISTEN_PID names this
@@ -76,7 +87,7 @@ ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_a
     web_server->config = *config;
     web_server->allow =
         (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
-    set_descriptor_limit(config);
+    fit_descriptors(&web_server->config);
     ll_status status = start(web_server, app);
     if (ll_failed(&status)) {
         ll_web_server_close(web_server);

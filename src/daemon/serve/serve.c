@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -63,27 +62,6 @@ static void prepare_process(sigset_t *signals)
     signal(SIGXFSZ, SIG_IGN);
     ending_signals(signals);
     pthread_sigmask(SIG_BLOCK, signals, NULL);
-    struct rlimit files;
-    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
-        files.rlim_cur = files.rlim_max;
-        setrlimit(RLIMIT_NOFILE, &files);
-    }
-}
-
-#define OWN_FILES 64 /* the store, the page's files, queues of events, and some in reserve */
-
-/* Connections beyond the limit of descriptors are neither answered nor refused: they wait. */
-static void check_files(const ll_web_server_config *config)
-{
-    struct rlimit files;
-    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur != RLIM_INFINITY &&
-        (int64_t)files.rlim_cur < config->max_connections + OWN_FILES)
-        ll_log_write(
-            "warn", "descriptors",
-            "%lld descriptors (ulimit -n) are too few for %lld connections (--max-connections): %lld "
-            "are needed. Some connections will wait without an answer.",
-            (long long)files.rlim_cur, (long long)config->max_connections,
-            (long long)config->max_connections + OWN_FILES);
 }
 
 static const char *signal_name(int ending)
@@ -271,7 +249,6 @@ int ll_serve(const ll_serve_config *config)
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");
     prepare_process(&d->signals);
-    check_files(&d->web_server_config);
     ll_status status = start(d);
     if (ll_failed(&status)) {
         stop(d);
