@@ -200,10 +200,8 @@ test('files that may not grow for a while', async (t) => {
   remove(daemon.data);
 });
 
-test('a database that another program locks', { skip: !has_python }, async (t) => {
-  const daemon = await start(t);
-  const c = client(daemon.url),
-    session = await c.make({ paused: true });
+/** Locks a daemon's database until the function that it gives is called. */
+async function lock(data) {
   const script = [
     'import sqlite3,sys',
     'db=sqlite3.connect(sys.argv[1],isolation_level=None)',
@@ -211,17 +209,54 @@ test('a database that another program locks', { skip: !has_python }, async (t) =
     'print("locked",flush=True)',
     'sys.stdin.read()',
   ].join('\n');
-  const locker = spawn('python3', ['-c', script, path.join(daemon.data, 'laglab.db')]);
+  const locker = spawn('python3', ['-c', script, path.join(data, 'laglab.db')]);
   await new Promise((resolve) => locker.stdout.once('data', resolve));
+  return () => {
+    locker.stdin.end();
+    return new Promise((resolve) => locker.once('close', resolve));
+  };
+}
+
+test('a database that another program locks', { skip: !has_python }, async (t) => {
+  const daemon = await start(t);
+  const c = client(daemon.url),
+    session = await c.make({ paused: true });
+  const unlock = await lock(daemon.data);
   const refused = await c.patch(session, { 'players.0.lag_ms': 99 });
   assert.equal(refused.status, 507);
   assert.match(refused.json.detail, /locked by another program/);
   await refusesChanges(c, session);
-  locker.stdin.end();
-  await new Promise((resolve) => locker.once('close', resolve));
+  await unlock();
   await recovered(c, session);
   c.close();
   await daemon.stop();
+});
+
+test('a viewer that waits for a session while its deletion is stored gets 4404, or its hello when that fails', {
+  skip: !has_python,
+}, async (t) => {
+  const daemon = await start(t, { args: ['--park-after-s', '0.2'] });
+  const c = client(daemon.url);
+  t.after(() => c.close());
+  for (const stored of [true, false]) {
+    // It takes long to wake: the deletion comes meanwhile.
+    const session = await c.make({ scenario: 'eight', paused: true, set: { duration_s: 3600 } });
+    assert.equal((await c.control(session, { op: 'seek', time_s: 700 })).status, 200);
+    await waitFor(async () => /^laglab_sessions_parked 1$/m.test((await c.get('/metrics')).text), 'a parked session');
+    const unlock = await lock(daemon.data),
+      viewer = c.stream(session).catch((error) => error);
+    await waitFor(async () => /^laglab_viewers 1$/m.test((await c.get('/metrics')).text), 'the viewer');
+    const deleted = c.call('DELETE', session.links.self, { key: session.owner_key });
+    await pause(900);
+    if (stored) await unlock();
+    assert.equal((await deleted).status, stored ? 204 : 507);
+    const { code, reason, hello, close } = await viewer;
+    if (stored) assert.deepEqual([code, reason], [4404, 'the session was deleted']);
+    else assert.equal(hello?.type, 'hello', `${code} ${reason}`);
+    if (stored) continue;
+    await unlock();
+    await close();
+  }
 });
 
 test('failures at the start', { skip: !has_python }, async (t) => {

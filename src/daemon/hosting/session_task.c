@@ -45,7 +45,11 @@ static void run_task(void *context, ll_task *task)
         ll_session_entry_notify(session_entry);
     } else {
         atomic_store(&session_entry->shared.has_task, false);
-        if (status.code != LL_INTERRUPTED)
+        /* While its deletion is stored it counts as gone: that closes the stream, or, if it fails, the worker
+         * starts again. */
+        if (status.code == LL_NOT_FOUND)
+            ll_session_entry_notify(session_entry);
+        else if (status.code != LL_INTERRUPTED)
             ll_viewers_close(session_entry, status.text);
     }
     ll_session_entry_release(session_entry);

@@ -271,12 +271,13 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.kind, viewer->upgrade.id);
     viewer->opened_ns = viewer->messages.tokens_ns = thread->now_ns;
     viewer->messages.tokens = 2 * ws->config.max_messages_per_s;
+    char text[100];
     if (stream == NULL) {
-        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "deleted");
+        snprintf(text, sizeof text, "the %s was deleted", ll_stream_names[viewer->upgrade.kind]);
+        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, text);
         return;
     }
     if (stream->viewer_count >= ws->config.max_viewers) {
-        char text[100];
         snprintf(text, sizeof text, "limit of %d viewers of one stream reached (max_viewers)",
                  (int)ws->config.max_viewers);
         ll_ws_count(&thread->counts.closed_policy, 1);
