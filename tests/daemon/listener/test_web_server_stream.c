@@ -138,15 +138,18 @@ static void test_frames(void **state)
     (void)state;
     int fd = open_with_hello("s0", BIN);
     uint32_t last = 0;
-    for (int i = 0; i < 30; i++) {
+    int in_a_row = 0; /* a busy machine may be late for one, which is then left out */
+    for (int i = 0; in_a_row < 30 && i < 600; i++) {
         assert_true(viewer_read(fd, &frame, 2));
         assert_int_equal(frame.opcode, 2);
         assert_in_range(frame.size, 1000, 1050);
         assert_int_equal(viewer_is_whole(&frame), i == 0);
-        assert_true(i == 0 || viewer_seq(&frame) == last + 1);
+        assert_true(i == 0 || viewer_seq(&frame) > last);
+        in_a_row = viewer_seq(&frame) == last + 1 ? in_a_row + 1 : 1;
         last = viewer_seq(&frame);
         viewer_ack(fd, last);
     }
+    assert_int_equal(in_a_row, 30);
     /* A jump of time: all viewers get whole sections once. */
     atomic_fetch_add(&f.generation, 1);
     int whole = 0;

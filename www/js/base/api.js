@@ -110,7 +110,8 @@ export async function make(path, body, ask = true) {
  * these. @param {string} path @returns {Promise<any>} */
 export const constant = (path) => call('GET', path, { kept: new URL(`../../api/v1/${path}`, import.meta.url) });
 
-/** @param {string} method @param {string} path @param {{body?: unknown, key?: string, kept?: URL}} [more] kept: its address in a cache
+/** @param {string} method @param {string} path
+ * @param {{body?: unknown, key?: string, kept?: URL, signal?: AbortSignal}} [more] kept: its address in a cache
  * @returns {Promise<any>} the JSON of the answer; null when it has none */
 export async function call(method, path, more = {}) {
   /** @type {Record<string, string>} */
@@ -122,6 +123,7 @@ export async function call(method, path, more = {}) {
     headers,
     body: more.body === undefined ? null : JSON.stringify(more.body),
     cache: more.kept ? 'default' : 'no-store',
+    signal: more.signal ?? null,
   });
   const text = await answer.text();
   /** @type {any} */

@@ -91,14 +91,24 @@ export function showAddress() {
   if (now.own) keep(now.id, now.key, true);
 }
 
+/** @type {{id: string, control: AbortController} | null} */
+let reading = null;
+
+/** A session that is about to be deleted is no longer asked for: the answer would be a 404. @param {string} id */
+export function stopReading(id) {
+  if (reading?.id === id) reading.control.abort();
+}
+
 /** Reads the parameters again, after another client changed them or time jumped. @param {number} version */
 export async function reread(version) {
   const target = session.value,
     { patches } = seen;
   if (target === null || sending !== null || seen.version === version) return;
   seen.version = version;
+  reading?.control.abort(); /* its answer would be older */
+  reading = { id: target.id, control: new AbortController() };
   try {
-    const answer = await call('GET', `sessions/${target.id}`);
+    const answer = await call('GET', `sessions/${target.id}`, { signal: reading.control.signal });
     if (target !== session.value) return;
     if (patches === seen.patches) params.value = answer.params;
     else if (seen.version === version) seen.version = -1; /* older than a change that is not done: to be read again */

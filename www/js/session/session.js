@@ -6,7 +6,7 @@ import { FAILED } from '../stream/frame.js';
 import { readLink, readScenario } from '../base/link.js';
 import { lab, labs } from './labs.js';
 import { create, keep, link, problems } from './opening.js';
-import { seen, showAddress } from './params.js';
+import { seen, showAddress, stopReading } from './params.js';
 import {
   FRAME_HZ,
   connection,
@@ -87,7 +87,9 @@ function close() {
 
 /** Deletes the session that the page made for itself. @param {import('./state.js').Session | null} which */
 function drop(which) {
-  if (which?.own && which.key) call('DELETE', `sessions/${which.id}`, { key: which.key }).catch(() => {});
+  if (!which?.own || !which.key) return;
+  stopReading(which.id);
+  call('DELETE', `sessions/${which.id}`, { key: which.key }).catch(() => {});
 }
 
 /** From the lessons to a lab: a step of the browser's history, so that Back returns. */
