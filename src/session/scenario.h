@@ -28,8 +28,8 @@ void ll_scenario_free(ll_scenario *scenario);
 ll_status ll_scenario_override(struct cJSON **json, const char *const *sets, int count,
                                const char *const *later);
 
-/* Parses JSON of at most LL_JSON_DEPTH levels of nesting and LL_JSON_VALUES values, which the largest scenario
- * (four profiles of a link) and experiment have; errors name line and column. Caller deletes. */
+/* Parses JSON of at most LL_JSON_DEPTH levels of nesting and LL_JSON_VALUES values, which the largest
+ * scenario (four profiles of a link) and experiment have; errors name line and column. Caller deletes. */
 #define LL_JSON_DEPTH 32
 #define LL_JSON_VALUES 100000
 ll_status ll_json_parse(const char *text, size_t length, struct cJSON **json);

@@ -14,7 +14,7 @@ const get = (headers = '', target = '/readyz', version = 'HTTP/1.1', host = 'Hos
   `GET ${target} ${version}\r\n${host}${headers}\r\n`;
 const post = (/** @type {string} */ headers, body = BODY) =>
   `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n${headers}\r\n${body}`;
-const chunks = (/** @type {string} */ body, te = 'Transfer-Encoding: chunked\r\n') => post(te, body);
+const chunks = (/** @type {string} */ body, coding = 'Transfer-Encoding: chunked\r\n') => post(coding, body);
 const HEX = SIZE.toString(16);
 const WHOLE = `${HEX}\r\n${BODY}\r\n0\r\n\r\n`;
 export const GOES_ON = 'goes on',
