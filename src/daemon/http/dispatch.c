@@ -144,7 +144,7 @@ ll_status ll_http_start_task(ll_http *http, http_exchange *exchange)
     const char *session = exchange->request.parameter[0];
     snprintf(order.client, sizeof order.client, "%s", exchange->request.peer);
     /* Kinds of requests take turns too: four long traces of a session do not keep its description. */
-    snprintf(order.session, sizeof order.session, "%.48s %td", session != NULL ? session : "",
+    snprintf(order.session, sizeof order.session, "%.43s %td", session != NULL ? session : "",
              exchange->route - http->app.routes);
     pthread_mutex_lock(&http->job_lock);
     http->working++;
