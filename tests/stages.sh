@@ -145,7 +145,7 @@ run_test() { # [--fast]
         -h | --help) help; return ;;
         *) echo "dev: test takes --fast or nothing; got $1" >&2; return 2 ;;
     esac
-    install_all
+    install_all_tests
     mkdir -p build/test-logs
     trap 'kill "$stage_pid" "$others_pid" 2>/dev/null; exit 130' INT TERM
     set +e
@@ -194,8 +194,7 @@ run_test() { # [--fast]
 
 run_check() { # [--all]
     local status=0
-    install_all
-    install_node_modules
+    install_check
     format_stage || status=1
     spelling_stage || status=1
     node tests/structure/check.mjs . || status=1
@@ -213,7 +212,7 @@ run_check() { # [--all]
 }
 
 run_fuzz() { # NAME [SECONDS]
-    install_all
+    install_fuzz
     compile fuzz -- --target "fuzz_$1"
     mkdir -p "build/fuzz/corpus/$1"
     build/fuzz/tests/fuzz/"fuzz_$1" -max_total_time="${2:-60}" "build/fuzz/corpus/$1" "tests/fuzz/corpus/$1"
@@ -222,8 +221,7 @@ run_fuzz() { # NAME [SECONDS]
 # In namespaces of its own: podman's ports and control groups are then nobody else's. crun takes version 1 or 2 of
 # these, not both at once.
 run_container-test() {
-    install_missing "$CONTAINER_TOOLS" ""
-    install_node_modules
+    install_container
     local storage=$PWD/build/containers
     mkdir -p "$storage"
     printf '[storage]\ndriver = "vfs"\nrunroot = "%s/run"\ngraphroot = "%s/root"\n' "$storage" "$storage" >"$storage/storage.conf"
@@ -239,7 +237,7 @@ run_container-test() {
 
 run_cross() { # [CPU...]
     local cpu status=0
-    install_missing "$BUILD_TOOLS $CROSS_TOOLS" "$BUILD_PACKAGES $CROSS_PACKAGES"
+    install_cross
     for cpu in ${@:-aarch64 riscv64}; do tests/golden/cross.sh "$cpu" all --jobs "$(nproc)" || status=1; done
     return $status
 }
