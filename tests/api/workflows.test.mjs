@@ -1,51 +1,21 @@
 // An experiment in shards by the queues of docs/experiments.md: the commands for Snakemake, Nextflow, Kubernetes and Slurm, taken from the
-// files, give rows, report and points of an undivided sweep. Where Snakemake is installed it runs its file as it is.
+// files, give rows, report and points of an undivided sweep. Snakemake itself: snakemake.all.test.mjs.
 import assert from 'node:assert/strict';
-import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { spawnSync } from 'node:child_process';
+import { existsSync, mkdirSync, readFileSync, symlinkSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
 import { BINARY } from '../lib/daemon.mjs';
 import { parse } from '../lib/objects.mjs';
+import { makeFolder, RESULTS, ROOT, results, SHARDS, SNAKEFILE } from '../lib/workflows.mjs';
 
-const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
-const SNAKEFILE = path.join(ROOT, 'deploy/snakemake/Snakefile'),
-  NEXTFLOW = path.join(ROOT, 'deploy/nextflow/main.nf');
-const SHARDS = 3;
-const ORDER = {
-  scenario: 'race',
-  set: { duration_s: 3 },
-  axes: [{ path: 'players.0.lag_ms', values: [0, 80, 160, 240] }],
-  repeats: 20,
-  metrics: ['players.0.remote_error_m.mean'],
-};
+const NEXTFLOW = path.join(ROOT, 'deploy/nextflow/main.nf');
 
-/** @type {string} */
-let folder;
-/** @type {Record<string, string>} what one sweep gives, by file */
-let whole;
-const RESULTS = ['rows.csv', 'report.html', 'points.csv'];
-const results = (/** @type {string} */ at) => Object.fromEntries(RESULTS.map((name) => [name, readFileSync(path.join(at, name), 'utf8')]));
-
+/** @type {ReturnType<typeof makeFolder>} */ let folder;
 before(() => {
-  folder = mkdtempSync(path.join(tmpdir(), 'laglab-workflows-'));
-  const at = place('whole'),
-    sweep = (/** @type {string[]} */ ...more) => execFileSync(BINARY, ['sweep', 'lag.json', ...more], { cwd: at });
-  sweep('--out', 'rows.csv', '--report', 'report.html');
-  sweep('--points', '--out', 'points.csv');
-  whole = results(at);
+  folder = makeFolder();
 });
-after(() => rmSync(folder, { recursive: true, force: true }));
-
-/** A folder with the experiment. @param {string} name */
-function place(name) {
-  const at = path.join(folder, name);
-  mkdirSync(path.join(at, 'shards'), { recursive: true });
-  writeFileSync(path.join(at, 'lag.json'), JSON.stringify(ORDER));
-  return at;
-}
+after(() => folder.remove());
 
 /** A command with values for what it leaves open; nothing may stay open. @param {string} template @param {RegExp} hole
  * @param {Record<string, string | number>} values */
@@ -64,7 +34,7 @@ function shell(command, at, env) {
 
 test("the commands of Snakemake's rules", () => {
   const text = readFileSync(SNAKEFILE, 'utf8'),
-    at = place('commands');
+    at = folder.place('commands');
   const rules = Object.fromEntries(
     [...text.matchAll(/^rule (\w+):\n((?: {4}.*\n)+)/gm)].map(([, name, body]) => [
       name,
@@ -80,12 +50,12 @@ test("the commands of Snakemake's rules", () => {
   const [rows, report] = files('merge');
   shell(filled(rules.merge.command, hole, { ...values, input: shards.join(' '), 'output.rows': rows, 'output.report': report }), at);
   shell(filled(rules.points.command, hole, { ...values, input: rows, output: files('points')[0] }), at);
-  assert.deepEqual(results(at), whole);
+  assert.deepEqual(results(at), folder.whole);
 });
 
 test("the commands of Nextflow's processes", () => {
   const text = readFileSync(NEXTFLOW, 'utf8'),
-    at = place('processes');
+    at = folder.place('processes');
   const processes = Object.fromEntries(
     [...text.matchAll(/^process (\w+) \{\n(.*?)^\}/gms)].map(([, name, body]) => [
       name,
@@ -106,11 +76,11 @@ test("the commands of Nextflow's processes", () => {
   shell(filled(processes.merge.command, hole, { ...values, shards: shards.join(' ') }), at);
   shell(filled(processes.points.command, hole, { ...values, rows: processes.merge.outputs[0] }), at);
   assert.deepEqual([...processes.merge.outputs, ...processes.points.outputs], RESULTS);
-  assert.deepEqual(results(at), whole);
+  assert.deepEqual(results(at), folder.whole);
 });
 
 test("the commands of Kubernetes' jobs, with the index that each pod has", () => {
-  const at = place('jobs'),
+  const at = folder.place('jobs'),
     job = (/** @type {string} */ name) => parse(readFileSync(path.join(ROOT, 'deploy/k8s/sweep', name), 'utf8'))[0].spec,
     [sweep, merge] = ['sweep.yaml', 'merge.yaml'].map(job),
     [shard] = sweep.template.spec.containers;
@@ -127,11 +97,11 @@ test("the commands of Kubernetes' jobs, with the index that each pod has", () =>
   const LAGLAB_SHARDS = shard.env.find((/** @type {any} */ one) => one.name === 'LAGLAB_SHARDS').value;
   for (let i = 0; i < sweep.completions; i++) run(shard, { JOB_COMPLETION_INDEX: String(i), LAGLAB_SHARDS });
   for (const container of [...merge.template.spec.initContainers, ...merge.template.spec.containers]) run(container, {});
-  assert.deepEqual(results(at), whole);
+  assert.deepEqual(results(at), folder.whole);
 });
 
 test('the commands of the documentation for Slurm', () => {
-  const at = place('slurm'),
+  const at = folder.place('slurm'),
     text = readFileSync(path.join(ROOT, 'docs/experiments.md'), 'utf8'),
     [, first, last, task] = /^sbatch .*--array=(\d+)-(\d+) .*--wrap '(.*)'$/m.exec(text) ?? [],
     merges = [...text.matchAll(/^(laglab merge .*)$/gm)].map(([command]) => command);
@@ -143,18 +113,5 @@ test('the commands of the documentation for Slurm', () => {
   for (let i = Number(first); i <= Number(last); i++) shell(task, at, { ...env, ...array, SLURM_ARRAY_TASK_ID: String(i) });
   assert.equal(merges.length, 2);
   for (const command of merges) shell(command, at, env);
-  assert.deepEqual(results(at), whole);
-});
-
-const snakemake = spawnSync('snakemake', ['--version']).status === 0;
-test('Snakemake runs its file as it is', { skip: snakemake ? false : 'snakemake is not installed' }, () => {
-  const at = place('snakemake');
-  const wish = ['--config', 'experiment=lag.json', `shards=${SHARDS}`, `laglab=${BINARY}`];
-  const run = spawnSync('snakemake', ['-s', SNAKEFILE, '--cores', '2', ...wish], {
-    cwd: at,
-    encoding: 'utf8',
-    env: { ...process.env, HOME: at },
-  });
-  assert.equal(run.status, 0, run.stderr);
-  assert.deepEqual(results(at), whole);
+  assert.deepEqual(results(at), folder.whole);
 });

@@ -83,15 +83,19 @@ export function raised_silently(before, after) {
 }
 
 /** For a git that works on the folder that it is given, as also inside of a hook. */
-export const OF_FOLDER = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('GIT_')));
+const OF_FOLDER = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('GIT_')));
+
+/** What git prints in a folder. @param {string} folder @returns {(...args: string[]) => string} */
+export const git_in =
+  (folder) =>
+  (...args) =>
+    execFileSync('git', ['-C', folder, ...args], { encoding: 'utf8', env: OF_FOLDER, stdio: ['ignore', 'pipe', 'ignore'] });
 
 /**
- * @param {string} file with its folder @param {string} text of it now
+ * @param {string} file with its folder @param {string} text of it now @param {(...args: string[]) => string} [git]
  * @returns {string | null} as it was committed before: at HEAD, or before its last commit where it has not changed since; null without
  */
-export function text_before(file, text) {
-  const git = (/** @type {string[]} */ ...args) =>
-    execFileSync('git', ['-C', dirname(file), ...args], { encoding: 'utf8', env: OF_FOLDER, stdio: ['ignore', 'pipe', 'ignore'] });
+export function text_before(file, text, git = git_in(dirname(file))) {
   const name = basename(file);
   try {
     const newest = git('show', `HEAD:./${name}`);

@@ -1,12 +1,12 @@
 // The guard can fail: by the functions that cost.test.mjs uses, on a program whose loop is made 5 % slower.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { heaviest, judge, OF_FOLDER, raised_silently, text_before } from './guard.mjs';
+import { git_in, heaviest, judge, raised_silently, text_before } from './guard.mjs';
 import { measure, plain_name, profile_of, spans } from './profile.mjs';
 
 const SOURCE = fileURLToPath(new URL('selftest.c', import.meta.url)),
@@ -121,26 +121,49 @@ test('clones of a function are one, and lines are those of the function around t
   );
 });
 
-test('a count that rises without a new reason is refused, before its commit and after it', () => {
-  const file = join(folder, 'counts.csv'),
-    git = (/** @type {string[]} */ ...args) =>
-      execFileSync('git', ['-C', folder, '-c', 'user.name=t', '-c', 'user.email=t', '-c', 'commit.gpgsign=false', ...args], {
-        env: OF_FOLDER,
-        stdio: 'pipe',
-      });
-  const commits = (/** @type {string} */ text) => {
-    writeFileSync(file, text);
-    git('add', 'counts.csv');
-    git('commit', '-q', '-m', text);
-  };
-  git('init', '-q');
-  assert.equal(text_before(file, '1'), null);
+/** What text_before must find in a history of the file. @param {(...args: string[]) => string} git @param {(text: string) => void} commits */
+function before_each_commit(git, commits) {
+  const before = (/** @type {string} */ now) => text_before(join(folder, 'counts.csv'), now, git);
+  assert.equal(before('1'), null);
   commits('1');
-  assert.equal(text_before(file, '1'), null);
-  assert.equal(text_before(file, '2'), '1');
+  assert.equal(before('1'), null);
+  assert.equal(before('2'), '1');
   commits('2');
-  assert.equal(text_before(file, '2'), '1');
-  assert.equal(text_before(file, '3'), '2');
+  assert.equal(before('2'), '1');
+  assert.equal(before('3'), '2');
+}
+
+test('what was committed before is found by what git says, also where git is not installed', () => {
+  const history = /** @type {string[]} */ ([]);
+  const git = (/** @type {string[]} */ ...args) => {
+    const asked = args.join(' '),
+      at = { 'show HEAD:./counts.csv': 1, 'show newest^:./counts.csv': 2 }[asked];
+    if (asked === 'rev-list -1 HEAD -- counts.csv') return 'newest\n';
+    const text = at && history.at(-at);
+    if (text === undefined) throw new Error(`git ${asked}`);
+    return text;
+  };
+  before_each_commit(git, (text) => history.push(text));
+  assert.equal(
+    text_before('counts.csv', '1', () => {
+      throw new Error('no git');
+    }),
+    null,
+  );
+});
+
+test('git says so', { skip: spawnSync('git', ['--version']).error ? 'git is not installed' : false }, () => {
+  const own = git_in(folder),
+    config = ['user.name=t', 'user.email=t', 'commit.gpgsign=false'].flatMap((one) => ['-c', one]);
+  before_each_commit(own, (text) => {
+    if (text === '1') own('init', '-q');
+    writeFileSync(join(folder, 'counts.csv'), text);
+    own('add', 'counts.csv');
+    own(...config, 'commit', '-q', '-m', text);
+  });
+});
+
+test('a count that rises without a new reason is refused', () => {
   const row = (/** @type {number} */ count, /** @type {string} */ why) => new Map([['a', { instructions_per_step: count, why }]]);
   assert.deepEqual(raised_silently(row(10, 'x'), row(11, 'x')), ['a: 10 was committed, now 11, and the reason is the same']);
   assert.deepEqual(raised_silently(row(10, 'x'), row(11, 'y')), []);

@@ -5,6 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { BINARY } from './daemon.mjs';
+import { OWN_MOUNTS } from './mounts.mjs';
 
 export const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 
@@ -20,6 +21,7 @@ export function blocksOf(page) {
     });
 }
 
+const NAMESPACES = ['unshare', '--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc'];
 /** Keeps the machine as it is: what is written goes to memory, and is gone with the namespaces. */
 const SEALED = `set -eu
 mount --make-rprivate /
@@ -63,17 +65,17 @@ export function workplace() {
   symlinkSync(path.dirname(BINARY), path.join(folder, 'build'));
   for (const name of ['deploy', 'LICENSE']) symlinkSync(path.join(ROOT, name), path.join(folder, name));
   const sealed = (/** @type {string} */ script) =>
-    spawnSync('unshare', ['--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc', 'bash', '-c', SEALED + script], {
+    spawnSync(OWN_MOUNTS[0], [...OWN_MOUNTS.slice(1), ...NAMESPACES, 'bash', '-c', SEALED + script], {
       cwd: folder,
       encoding: 'utf8',
-      timeout: 120000,
+      timeout: 600000,
       maxBuffer: 1 << 24,
     });
   const probe = sealed('true');
   return {
     sealed,
     /** Why nothing can be run here; false: it can. @type {string | false} */
-    skip: probe.status !== 0 && `no namespaces or overlays here: ${probe.stderr.trim().slice(0, 200)}`,
+    skip: probe.status !== 0 && `no namespaces or overlays here: ${probe.error?.message ?? probe.stderr.trim().split('\n')[0]}`,
     end: () => rmSync(folder, { recursive: true, force: true }),
   };
 }
