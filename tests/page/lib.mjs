@@ -39,23 +39,38 @@ const WHOLE = '/usr/bin/chromium';
 /** The same engine without windows, twice as fast to load a page. */
 const HEADLESS = '/usr/bin/chromium-headless-shell';
 
+/** @param {{whole?: boolean, args?: string[]}} [wish] */
+const options = ({ whole = false, args = [] } = {}) => ({
+  executablePath: whole ? WHOLE : HEADLESS,
+  args: [
+    '--no-sandbox',
+    '--disable-gpu',
+    '--disable-quic',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+    ...(whole ? ['--in-process-gpu', '--enable-features=NetworkServiceInProcess2'] : []),
+    ...args,
+  ],
+});
+
+/** A browser for several processes: tests/run.mjs keeps one for each of its workers. */
+export const serve = () => chromium.launchServer(options());
+
+/** That of the worker that runs this file; what a file opens there goes with the file. */
+async function kept() {
+  const answer = new Promise((resolve) => process.once('message', resolve));
+  process.send?.('browser');
+  const { address, error } = /** @type {any} */ (await answer);
+  if (error) throw new Error(error);
+  return chromium.connect(address);
+}
+
 /** @param {{whole?: boolean, args?: string[]}} [wish] whole: Chromium as people have it, but drawing and network in its main process: two
- * cores have no room for more */
-export async function launch({ whole = false, args = [] } = {}) {
-  const browser = await chromium.launch({
-    executablePath: whole ? WHOLE : HEADLESS,
-    args: [
-      '--no-sandbox',
-      '--disable-gpu',
-      '--disable-quic',
-      '--no-first-run',
-      '--disable-background-networking',
-      '--disable-component-update',
-      '--disable-sync',
-      ...(whole ? ['--in-process-gpu', '--enable-features=NetworkServiceInProcess2'] : []),
-      ...args,
-    ],
-  });
+ * cores have no room for more. Without a wish it may be one that has served other files. */
+export async function launch(wish) {
+  const browser = await (process.send && !wish ? kept() : chromium.launch(options(wish)));
   if (SLOW_MS > 0) {
     const open = browser.newContext.bind(browser);
     browser.newContext = async (wish) => {
