@@ -1,4 +1,4 @@
-# tests/<room>/**/test_*.c -> one cmocka program each, ctest name <room>.<name>, label <room>
+# tests/ROOM/**/test_NAME.c -> the program test_ROOM, in which each file is a group; ctest name ROOM.NAME (`test_ROOM NAME`), label ROOM
 # tests/fuzz/fuzz_*.c    -> a replay of tests/fuzz/corpus/<name>/, or a libFuzzer with LAGLAB_FUZZ
 # tests/cost/frames.c     -> a program whose instructions tests/cost/cost.test.mjs counts
 # tests/structure/       -> what the sources may include and call, what guides name, and what the version is a fingerprint of
@@ -17,20 +17,25 @@ if(support_sources)
     target_link_libraries(laglab_test_support PUBLIC laglab_daemon laglab_engine PkgConfig::CMOCKA)
 endif()
 
-function(laglab_test_program name source room)
-    add_executable(${name} ${source})
-    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests/${room})
-    target_compile_definitions(${name} PRIVATE _GNU_SOURCE)
-    target_include_directories(${name} PRIVATE ${tests_dir})
-    target_link_libraries(${name} PRIVATE $<TARGET_NAME_IF_EXISTS:laglab_test_support>)
+# PROGRAM = the sources: linked with the room's libraries, built by tests_ROOM.
+function(laglab_test_program program room)
+    add_executable(${program} ${ARGN})
+    set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests/${room})
+    target_compile_definitions(${program} PRIVATE _GNU_SOURCE)
+    target_include_directories(${program} PRIVATE ${tests_dir})
+    target_link_libraries(${program} PRIVATE $<TARGET_NAME_IF_EXISTS:laglab_test_support>)
     if(room STREQUAL "fuzz")
-        target_link_libraries(${name} PRIVATE laglab_cli)
+        target_link_libraries(${program} PRIVATE laglab_cli)
     elseif(room STREQUAL "daemon")
-        target_link_libraries(${name} PRIVATE laglab_daemon)
+        target_link_libraries(${program} PRIVATE laglab_daemon)
     elseif(room STREQUAL "experiment")
-        target_link_libraries(${name} PRIVATE laglab_experiment)
+        target_link_libraries(${program} PRIVATE laglab_experiment)
     endif()
-    target_link_libraries(${name} PRIVATE laglab_engine PkgConfig::CMOCKA Threads::Threads)
+    target_link_libraries(${program} PRIVATE laglab_engine PkgConfig::CMOCKA Threads::Threads)
+    # GCC's linker plugin would inline across files again for each of the programs.
+    if(CMAKE_C_COMPILER_ID STREQUAL "GNU")
+        target_link_options(${program} PRIVATE -fno-lto)
+    endif()
     if(NOT TARGET tests_${room})
         add_custom_target(tests_${room})
         # Some tests start the binary.
@@ -38,11 +43,7 @@ function(laglab_test_program name source room)
             add_dependencies(tests_${room} laglab)
         endif()
     endif()
-    # GCC's linker plugin would inline across files again for each of some 180 programs.
-    if(CMAKE_C_COMPILER_ID STREQUAL "GNU")
-        target_link_options(${name} PRIVATE -fno-lto)
-    endif()
-    add_dependencies(tests_${room} ${name})
+    add_dependencies(tests_${room} ${program})
 endfunction()
 
 function(laglab_test name labels)
@@ -52,25 +53,42 @@ endfunction()
 
 # ---- unit tests, mirroring src ----
 file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS ${tests_dir}/test_*.c)
-add_custom_target(tests_of_threads)
+set(test_rooms "")
 foreach(source IN LISTS test_sources)
     file(RELATIVE_PATH room ${tests_dir} ${source})
     string(REGEX REPLACE "/.*" "" room ${room})
     get_filename_component(name ${source} NAME_WE)
     string(REGEX REPLACE "^test_" "" name ${name})
-    laglab_test_program(test_${room}_${name} ${source} ${room})
+    set_source_files_properties(${source} PROPERTIES
+        COMPILE_DEFINITIONS GROUP=test_group_${name}
+        COMPILE_OPTIONS "-include;${tests_dir}/support/program/group.h")
+    list(APPEND test_rooms ${room})
+    list(APPEND sources_of_${room} ${source})
+    string(APPEND groups_of_${room} "GROUP(${name})\n")
     set(labels ${room})
     if(room STREQUAL "daemon" OR room STREQUAL "threads" OR name STREQUAL "team") # what the thread sanitizer runs
         list(APPEND labels threads)
-        add_dependencies(tests_of_threads test_${room}_${name})
+        list(APPEND rooms_of_threads ${room})
     endif()
     if(room STREQUAL "golden" AND name STREQUAL "golden") # two cores share it
-        laglab_test(golden.golden_1 golden test_golden_golden 1/2)
-        laglab_test(golden.golden_2 golden test_golden_golden 2/2)
+        laglab_test(golden.golden_1 golden test_golden golden 1/2)
+        laglab_test(golden.golden_2 golden test_golden golden 2/2)
     else()
-        laglab_test(${room}.${name} "${labels}" test_${room}_${name})
+        laglab_test(${room}.${name} "${labels}" test_${room} ${name})
     endif()
 endforeach()
+list(REMOVE_DUPLICATES test_rooms)
+foreach(room IN LISTS test_rooms)
+    set(groups ${PROJECT_BINARY_DIR}/tests/${room}/groups.inc)
+    file(CONFIGURE OUTPUT ${groups} CONTENT "${groups_of_${room}}")
+    add_library(test_main_of_${room} OBJECT ${tests_dir}/support/program/main.c)
+    target_compile_definitions(test_main_of_${room} PRIVATE "GROUPS=\"${groups}\"")
+    laglab_test_program(test_${room} ${room} ${sources_of_${room}} $<TARGET_OBJECTS:test_main_of_${room}>)
+endforeach()
+list(REMOVE_DUPLICATES rooms_of_threads)
+list(TRANSFORM rooms_of_threads PREPEND test_)
+add_custom_target(tests_of_threads)
+add_dependencies(tests_of_threads ${rooms_of_threads})
 
 # The longest begin first, so that no core is idle at the end.
 foreach(name IN ITEMS experiment.advise experiment.interval_coverage experiment.interval_runs sim.outages experiment.work
@@ -79,14 +97,14 @@ foreach(name IN ITEMS experiment.advise experiment.interval_coverage experiment.
 endforeach()
 
 # ---- what a frame costs ----
-laglab_test_program(cost_frames ${tests_dir}/cost/frames.c cost)
+laglab_test_program(cost_frames cost ${tests_dir}/cost/frames.c)
 
 # ---- fuzzing ----
 file(GLOB fuzz_sources CONFIGURE_DEPENDS ${tests_dir}/fuzz/fuzz_*.c)
 foreach(source IN LISTS fuzz_sources)
     get_filename_component(program ${source} NAME_WE)
     string(REGEX REPLACE "^fuzz_" "" name ${program})
-    laglab_test_program(${program} ${source} fuzz)
+    laglab_test_program(${program} fuzz ${source})
     # libFuzzer's entry has no header that declares it.
     target_compile_options(${program} PRIVATE -Wno-missing-prototypes)
     if(LAGLAB_FUZZ)

@@ -1,6 +1,6 @@
 /* Golden scenarios: the hash at the end of each, and the metrics that its `expect` names, with every compiler
- * and optimisation. `test_golden --update` rewrites the table; `test_golden 1/2` runs the first of two parts
- * of the scenarios, so that two cores share them. */
+ * and optimisation. `test_golden golden --update` rewrites the table; `test_golden golden 1/2` runs the first
+ * of two parts of the scenarios, so that two cores share them. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -125,7 +125,7 @@ static void every_scenario_is_in_the_table(void **state)
         char start[160];
         snprintf(start, sizeof start, "\n%s,", cJSON_GetObjectItem(item, "id")->valuestring);
         if (!strstr(text, start))
-            fail_msg("%s has no golden hash; add it by test_golden --update", start + 1);
+            fail_msg("%s has no golden hash; add it by test_golden golden --update", start + 1);
     }
     cJSON_Delete(list);
 }

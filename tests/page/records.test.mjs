@@ -5,7 +5,7 @@ import path from 'node:path';
 import { test } from 'node:test';
 import { readSection, StreamError } from '../../www/js/stream/decode.js';
 
-const PROGRAM = path.join(path.dirname(process.env.LAGLAB_BIN ?? 'build/laglab'), 'tests/record/test_record_rows');
+const PROGRAM = path.join(path.dirname(process.env.LAGLAB_BIN ?? 'build/laglab'), 'tests/record/test_record');
 const FIELDS = [
   { name: 'width', coding: 'int' },
   { name: 'height', coding: 'int' },
@@ -35,7 +35,7 @@ const told = (row) => ({
   ...(row.values ? { values: [...row.values] } : {}),
 });
 
-const chains = execFileSync(PROGRAM, ['vectors', '300'], { encoding: 'utf8', maxBuffer: 1 << 28 })
+const chains = execFileSync(PROGRAM, ['rows', 'vectors', '300'], { encoding: 'utf8', maxBuffer: 1 << 28 })
   .trim()
   .split('\n')
   .map((line) => JSON.parse(line));

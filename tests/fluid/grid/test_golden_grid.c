@@ -1,5 +1,5 @@
 /* Hashes of whole blocks after some steps: the same on every compiler, optimisation level and machine.
- * `test_golden_grid --update` writes the table anew. */
+ * `test_fluid golden_grid --update` writes the table anew. */
 #include "fluid/harness.h"
 
 #include <inttypes.h>

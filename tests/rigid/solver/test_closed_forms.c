@@ -1,6 +1,7 @@
 /* Exact solutions, for every solver: slopes, bounces, cradles, and columns without a preferred side. Each
  * error has a limit; a solver that cannot solve the case has none, and is marked so in the table of
- * docs/accuracy.md, which is made from closed_forms.csv. `test_closed_forms --update` writes that file. */
+ * docs/accuracy.md, which is made from closed_forms.csv. `test_rigid closed_forms --update` writes that file.
+ */
 #include "rigid/harness.h"
 
 #define TABLE "tests/rigid/closed_forms.csv"

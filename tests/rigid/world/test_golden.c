@@ -1,5 +1,5 @@
 /* Hashes of scenes when all their bodies have fallen asleep, and the step of that: the same on every
- * compiler, optimisation level, SIMD width and broad phase. `test_golden --update` writes the table. */
+ * compiler, optimisation level, SIMD width and broad phase. `test_rigid golden --update` writes the table. */
 #include "rigid/harness.h"
 
 #include <inttypes.h>
