@@ -1,118 +1,143 @@
 # shellcheck shell=bash
 # What ./dev test, check, cross, fuzz and container-test do. `dev` reads this and has what installs and builds.
+# A stage is a name, a kind and a command, which writes a log; tests/stages.mjs reads the checks from it. The kinds are there.
 
-# A stage is a function that prints to its log. What it counts is read from there; a stage that fails without
-# a count, or finds no test, counts as one failure.
+# ---- running stages ----
 
-passed=0 failed=0 skipped=0 table="" stage_pid='' others_pid=''
+logs=build/test-logs running='' lanes=()
 
-stage() { # NAME COUNTER COMMAND...
-    local name=$1 counter=$2 log status=0 start=$SECONDS p=0 f=0 s=0
+# A stage whose log has not grown for so long hangs. It is ended, and has failed. The longest test alone may take 900 s.
+stall_s=${LAGLAB_STALL_S:-1200}
+
+end_when_stalled() { # LOG GROUP
+    while sleep $((stall_s < 10 ? 1 : 5)); do
+        if [ $(($(date +%s) - $(stat -c %Y "$1"))) -ge "$stall_s" ]; then
+            echo "ended: nothing was written for $stall_s s" >>"$1"
+            kill -TERM -- "-$2"
+            sleep 5
+            kill -KILL -- "-$2"
+        fi
+    done
+}
+
+stop_stages() {
+    trap '' INT TERM
+    for group in $running ${lanes[@]+"${lanes[@]}"}; do kill -TERM -- "-$group" 2>/dev/null; done
+    wait
+    exit 130
+}
+
+stage() { # NAME KIND COMMAND...
+    local name=$1 kind=$2 log=$logs/${1//[ \/]/-}.log start=$SECONDS status=0 command
     shift 2
-    log=build/test-logs/${name// /-}.log
-    say "$name"
-    : >"$log" # before it is shown
-    # Not a pipe: a process left behind by a test would keep it open for ever.
+    rm -f "${log%.log}.xml"
+    set -m # each in a group of processes, which ends as one
     "$@" >"$log" 2>&1 </dev/null &
-    stage_pid=$!
-    tail -n +1 -s 0.2 -f --pid=$stage_pid "$log"
-    wait $stage_pid || status=$?
-    read -r p f s < <("$counter" "$log" "$status")
-    if [ "$f" = 0 ] && { [ "$status" != 0 ] || [ "$p" = 0 ]; }; then f=1; fi
-    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
-    table+=$(printf '%-28s %7d %7d %7d %6ds' "$name" "$p" "$f" "$s" $((SECONDS - start)))$'\n'
+    command=$!
+    end_when_stalled "$log" $command &
+    running="$command $!"
+    disown # the watch, of whose end nothing is said
+    set +m
+    wait $command || status=$?
+    for group in $running; do kill -KILL -- "-$group" 2>/dev/null; done # the watch, and what the command left
+    running=''
+    printf '%s\t%s\t%s\t%s\t%s\n' "$name" "$kind" "$log" $status $((SECONDS - start)) >>"$logs/stages.tsv"
+    printf '%4d s  %s: %s\n' $((SECONDS - start)) "$name" "$(node tests/stages.mjs count "$kind" "$log" $status)"
 }
 
-# Counters print: passed failed skipped
-count_one() { if [ "$2" = 0 ]; then echo 1 0 0; else echo 0 1 0; fi; }
-count_ctest() {
-    awk '/\*\*\*Skipped/ { skipped++ }
-         /^[0-9]+% tests passed, [0-9]+ tests? failed out of [0-9]+$/ { failed = $4; total = $NF }
-         END { print total ? total - failed - skipped : 0, failed + 0, skipped + 0 }' "$1"
+# Functions of stages, side by side: what mostly waits, and what computes and gives way to it.
+in_lane() { # FUNCTION
+    lanes=()
+    "$1"
 }
-count_node() {
-    awk '/^. (pass|fail|cancelled|skipped|todo) [0-9]+$/ || /^[^ ]+ (pass|fail|cancelled|skipped|todo) [0-9]+$/ { n[$2] = $3 }
-         END { print n["pass"] + 0, n["fail"] + n["cancelled"] + 0, n["skipped"] + n["todo"] + 0 }' "$1"
-}
-
-# Of two runs: what failed in the first and not in the second has passed late.
-count_late() {
-    awk '/^[^ ]+ (pass|fail|cancelled|skipped|todo) [0-9]+$/ { if ($2 in n && $2 == "pass") again = 1; if (again) m[$2] = $3; else n[$2] = $3 }
-         END { f = n["fail"] + n["cancelled"]; l = again ? m["fail"] + m["cancelled"] : f
-               print n["pass"] + f - l, l, n["skipped"] + n["todo"] + 0 }' "$1"
+side_by_side() { # FUNCTION...
+    local lane
+    for lane in "$@"; do
+        set -m
+        in_lane "$lane" &
+        set +m
+        lanes+=($!)
+    done
+    wait "${lanes[@]}"
+    lanes=()
 }
 
-# Since Linux 6.6 the address space is shuffled more than this thread sanitizer can take.
+run_stages() { # LINE-OF-ARGUMENTS-OF-THE-REPORT FUNCTION...
+    local option=$1
+    shift
+    mkdir -p "$logs"
+    : >"$logs/stages.tsv"
+    trap stop_stages INT TERM
+    set +e
+    "$@"
+    # shellcheck disable=SC2086 # none or one
+    node tests/stages.mjs report "$logs/stages.tsv" $option
+}
+
+# ---- stages ----
+
+# Since Linux 6.6 the address space is shuffled more than the thread sanitizer can take.
 still_addresses() {
     if setarch -R true 2>/dev/null; then setarch -R "$@"; else "$@"; fi
 }
 
-ctest_stage() { # PRESET [LABEL ROOM]: everything, or the tests with a label, which the target tests_ROOM builds
-    local folder=build/$1 select=() target=()
+compile_tests() { # PRESET [TARGET...]
+    local preset=$1
+    shift
+    [ $# -eq 0 ] || set -- -- --target "$@"
+    compile "$preset" -DLAGLAB_TESTS=ON "$@"
+}
+
+run_ctest() { # PRESET [OPTION...]
+    local folder=build/$1
     [ "$1" != release ] || folder=build
-    if [ $# -gt 1 ]; then select=(-L "^$2\$") target=(-- --target "tests_$3"); fi
-    compile "$1" -DLAGLAB_TESTS=ON -DLAGLAB_WERROR=ON ${target[@]+"${target[@]}"} || return 1
+    shift
+    # shellcheck disable=SC2154 # the log of the stage
     still_addresses ctest --test-dir "$folder" -j "$(nproc)" --output-on-failure --no-tests=error \
-        ${select[@]+"${select[@]}"}
+        --output-junit "$PWD/${log%.log}.xml" --test-output-size-passed 1000000 --test-output-size-failed 1000000 "$@"
 }
 
-node_stage() { # FOLDER FILES-AT-A-TIME [SECONDS]
-    local files=("$1"/*.test.mjs)
-    [ -e "${files[0]}" ] || { echo "no test in $1"; return 1; }
-    LAGLAB_BIN=$PWD/build/laglab timeout --foreground -k 10 "${3:-1500}" \
-        node --test --test-concurrency="$2" --test-reporter=spec "${files[@]}"
+found() { # target | ctest | node, NAME...
+    local kind=$1
+    shift
+    node tests/find.mjs ${all:+--all} "$@" | sed -n "s/^$kind //p"
 }
 
-# Tests in a browser are now and then late: two browsers at a time share two cores, and those without a graphics card draw by the
-# processor. Those that failed are run once more, by name and one at a time, and what passed only then is reported in the log
-# and before the closing line. What fails twice has failed.
-browser_stage() { # FOLDER FILES-AT-A-TIME SECONDS
-    local log=build/test-logs/${1##*/}-first.log status line file='' files=() names=()
-    node_stage "$@" 2>&1 | tee "$log"
-    status=${PIPESTATUS[0]}
-    [ "$status" != 0 ] || return 0
-    # The list at the end: a line with the place of a test, then one with its name and time.
-    while IFS= read -r line; do
-        if [[ $line =~ ^'test at '(.*/)?("$1"/[a-z]+\.(test\.)?mjs): ]]; then
-            file=${BASH_REMATCH[2]}
-        elif [ -n "$file" ] && [[ $line =~ ^[^\ ]+\ (.*)\ \([0-9.]+ms\)$ ]]; then
-            files+=("$file")
-            names+=(--test-name-pattern "^$(sed 's#[][\\^$.*+?(){}|/]#\\&#g' <<<"${BASH_REMATCH[1]}")\$")
-            file=''
-        fi
-    done <"$log"
-    [ ${#files[@]} -gt 0 ] || return "$status"
-    # A test that several files share is named by the place where it is written: then each file of the folder is asked for it.
-    if printf '%s\n' "${files[@]}" | grep -qv '\.test\.mjs$'; then files=("$1"/*.test.mjs); fi
-    mapfile -t files < <(printf '%s\n' "${files[@]}" | sort -u)
-    say "once more: ${files[*]}"
-    LAGLAB_BIN=$PWD/build/laglab timeout --foreground -k 10 600 \
-        node --test --test-concurrency=1 --test-reporter=spec "${names[@]}" "${files[@]}"
+# Tests in another build, which compiles no more than they need. Without names: all.
+ctest_stage() { # PRESET [NAME...]
+    local preset=$1 targets=() only=()
+    shift
+    if [ $# -gt 0 ]; then
+        mapfile -t targets < <(found target "$@")
+        only=(-R "$(found ctest "$@" | paste -sd '|')")
+    fi
+    compile_tests "$preset" ${targets[@]+"${targets[@]}"} && run_ctest "$preset" -LE '^all$' ${only[@]+"${only[@]}"}
 }
 
-# The builds that only tests need, compiled while the tests of daemon and page mostly wait. What fails here fails again,
-# and is shown, in its own stage.
-compile_others() {
-    renice -n 19 -p "$BASHPID" >/dev/null
-    compile asan -DLAGLAB_TESTS=ON -DLAGLAB_WERROR=ON
-    compile debug -DLAGLAB_TESTS=ON -DLAGLAB_WERROR=ON -- --target tests_golden
-    compile clang -DLAGLAB_TESTS=ON -DLAGLAB_WERROR=ON -- --target tests_golden
-    compile tsan -DLAGLAB_TESTS=ON -DLAGLAB_WERROR=ON -- --target tests_of_threads
-}
+node_stage() { LAGLAB_BIN=$PWD/build/laglab node tests/run.mjs "$@"; }
 
+structure_stage() {
+    local script status=0
+    for script in check page page_words lines guides words; do node "tests/structure/$script.mjs" . || status=1; done
+    return $status
+}
 # The tests use the JavaScript client, which names types that the build makes.
 types_stage() {
-    [ "$1" != tests/tsconfig.json ] || [ -e build/clients/js/types/api.d.ts ] || build --target client_types || return 1
-    node_modules/.bin/tsc --noEmit -p "$1"
+    local project status=0
+    for project in tsconfig.json www/report/tsconfig.json tests/tsconfig.json; do
+        [ ! -e "$project" ] || node_modules/.bin/tsc --noEmit -p "$project" || status=1
+    done
+    return $status
 }
 # tests/structure/spelling.txt: names and abbreviations that codespell takes for slips
 spelling_stage() {
     find . \( -name node_modules -o -name build -o -name .git -o -name corpus -o -name results \) -prune -o -type f \
         \( -name '*.md' -o -name '*.[ch]' -o -name '*.inc' -o -name '*.js' -o -name '*.mjs' -o -name '*.py' -o -name '*.yaml' \
-        -o -name '*.json' -o -name dev \) -not -name 'package-lock.json' -not -path './www/words/de.json' -not -path './www/words/scenarios/*' -not -path './www/words/messages/*' -print0 |
+        -o -name '*.json' -o -name '*.sh' -o -name dev \) -not -name 'package-lock.json' -not -path './www/words/de.json' -not -path './www/words/scenarios/*' -not -path './www/words/messages/*' -print0 |
         xargs -0 codespell --quiet-level 3 --ignore-words tests/structure/spelling.txt --ignore-regex '"de": "[^"]*"' # German
 }
 lint_stage() { node_modules/.bin/biome check --error-on-warnings; } # rules and layout
+format_stage() { c_files | xargs -r clang-format-14 --dry-run -Werror; }
 # Sources of src that differ from the main branch, and those that include a header that does.
 changed_sources() {
     local base file
@@ -128,87 +153,137 @@ changed_sources() {
 # clang 14 does not know gcc's options of link-time optimisation and inlining.
 tidy_stage() { # [--all]
     local files
-    [ -e build/compile_commands.json ] || cmake --preset release -DLAGLAB_TESTS=OFF >/dev/null || return 1
+    if [ "${1:-}" = --all ]; then
+        files=$(find src -name '*.c')
+    else
+        git rev-parse HEAD >/dev/null || { echo "what has changed is not known without git's history"; return 77; }
+        files=$(changed_sources)
+    fi
+    [ -n "$files" ] || { echo "no source of src has changed"; return; }
     mkdir -p build/tidy
     sed -E 's/ (-f(lto=2|fat-lto-objects)|--param=[^ ]*)//g' build/compile_commands.json >build/tidy/compile_commands.json
-    if [ "${1:-}" = --all ]; then files=$(find src -name '*.c'); else files=$(changed_sources); fi
-    [ -n "$files" ] || { echo "no source of src has changed"; return; }
-    printf '%s\n' "$files" | xargs -P "$(nproc)" -n 12 clang-tidy-14 -p build/tidy --quiet 2>/dev/null
+    printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy-14 -p build/tidy --quiet 2>/dev/null
 }
-format_stage() { c_files | xargs -r clang-format-14 --dry-run -Werror; }
 
-run_test() { # [--fast]
-    local fast='' late='' folder=''
-    case "${1:-}" in
-        '') ;;
-        --fast) fast=1 ;;
-        -h | --help) help; return ;;
-        *) echo "dev: test takes --fast or nothing; got $1" >&2; return 2 ;;
+# ---- tiers ----
+# A test of tier `all` has the label `all` in ctest, or is a file NAME.all.test.mjs, or is in the folder browsers, cost or container.
+
+all='' # 1: with the tests of that tier
+# The rooms that read bytes of strangers: in the default tier, too, under the sanitizers of addresses and of undefined behaviour.
+FOREIGN=(param record session daemon experiment link netcode/snapshot fuzz)
+
+gives_way() { renice -n 10 -p "$BASHPID" >/dev/null; }
+of_all() { [ -z "$all" ] || stage "$@"; }
+
+units() { stage "units" ctest ctest_stage release; }
+api() { stage "api" node node_stage tests/api; }
+lint() {
+    gives_way
+    stage "layout of C" one format_stage
+    stage "spelling" one spelling_stage
+    stage "types" one types_stage
+    stage "lint of JavaScript" one lint_stage
+}
+structure() { stage "structure" one structure_stage; }
+tidy() {
+    if [ "$all" ]; then stage "clang-tidy" one tidy_stage --all; else stage "clang-tidy of changes" one tidy_stage; fi
+}
+
+sanitize_others() {
+    compile_tests asan && run_ctest asan -LE '^all$' -E "$(found ctest "${FOREIGN[@]}" | paste -sd '|')"
+}
+computing() {
+    gives_way
+    units
+    stage "sanitizers" ctest ctest_stage asan "${FOREIGN[@]}"
+    tidy
+    of_all "sanitizers of other rooms" ctest sanitize_others
+    of_all "units of tier all" ctest run_ctest release -L '^all$'
+    of_all "golden at -O0" ctest ctest_stage debug golden
+    of_all "golden with clang" ctest ctest_stage clang golden
+    # shellcheck disable=SC2046 # one name per word
+    of_all "thread sanitizer" ctest ctest_stage tsan daemon threads $(find tests -name test_team.c)
+    of_all "release by a profile" one release --target laglab
+    of_all "instructions" node node_stage tests/cost
+}
+waiting() {
+    api
+    stage "daemon" node node_stage tests/daemon
+    stage "page" node node_stage tests/page
+    # shellcheck disable=SC2046
+    of_all "node tests of tier all" node node_stage --all $(find tests -name '*.all.test.mjs' | sort)
+    of_all "browsers" node node_stage tests/browsers
+    of_all "container" node container_stage
+}
+
+test_fast() {
+    stage "build" one compile_tests release
+    side_by_side units api
+}
+test_tiers() {
+    stage "build" one compile_tests release
+    side_by_side computing waiting lint
+}
+check_all() { side_by_side lint tidy structure; }
+
+# ---- verbs ----
+
+test_some() { # PRESET NAME...
+    local preset=$1 log=$logs/some.log targets names name node_files outer=(-LE '^all$')
+    shift
+    for name in "$@"; do # what is named is run in any tier
+        if [[ $name == tests/*.c || $name =~ ^[a-z]+\.[a-z_0-9]+$ ]]; then all=1; fi
+    done
+    found ctest "$@" >/dev/null || return 2
+    mapfile -t targets < <(found target "$@")
+    mapfile -t node_files < <(found node "$@")
+    names=$(found ctest "$@" | paste -sd '|')
+    [ -z "$all" ] || outer=()
+    case " ${node_files[*]} " in
+        *.all.test.mjs* | *tests/browsers/* | *tests/cost/* | *tests/container/*) install_all_tests ;;
+        *mjs*) install_test ;;
+        *) install_build ;;
     esac
-    install_all_tests
-    mkdir -p build/test-logs
-    trap 'kill "$stage_pid" "$others_pid" 2>/dev/null; exit 130' INT TERM
-    set +e
-    stage "ctest release" count_ctest ctest_stage release
-    if [ -z "$fast" ]; then
-        stage "release by a profile" count_one release --target laglab
-        compile_others >build/test-logs/other-builds.log 2>&1 </dev/null &
-        others_pid=$!
-    fi
-    stage "types of the page" count_one types_stage tsconfig.json
-    stage "types of the report" count_one types_stage www/report/tsconfig.json
-    stage "types of the tests" count_one types_stage tests/tsconfig.json
-    stage "layout of C" count_one format_stage
-    stage "spelling" count_one spelling_stage
-    stage "lint of JavaScript" count_one lint_stage
-    stage "clang-tidy" count_one tidy_stage --all
-    stage "node tests api" count_node node_stage tests/api 2
-    if [ -z "$fast" ]; then
-        stage "node tests daemon" count_node node_stage tests/daemon 1
-        stage "node tests page" count_late browser_stage tests/page 2 2900
-        stage "node tests browsers" count_late browser_stage tests/browsers 1 1500
-        stage "instructions" count_node node_stage tests/cost 2
-        for folder in page browsers; do
-            if grep -q '^== once more' "build/test-logs/node-tests-$folder.log"; then
-                late+=" $folder $(count_node "build/test-logs/$folder-first.log" | cut -d' ' -f2)"
-            fi
-        done
-        wait "$others_pid"
-        stage "ctest asan+ubsan" count_ctest ctest_stage asan
-        stage "golden at -O0" count_ctest ctest_stage debug golden golden
-        stage "golden with clang" count_ctest ctest_stage clang golden golden
-        stage "threads under tsan" count_ctest ctest_stage tsan threads of_threads
-    fi
-    [ -z "$late" ] || say "Failed at first and were run once more:$late: see build/test-logs/*-first.log"
-    say "Stages"
-    printf '%-28s %7s %7s %7s %7s\n%s\n' stage passed failed skipped time "$table"
-    if [ "$skipped" -gt 0 ]; then
-        echo "$passed passed, $failed failed, $skipped skipped"
-    else
-        echo "$passed passed, $failed failed"
-    fi
-    [ "$failed" -eq 0 ]
+    [ ${#node_files[@]} = 0 ] || targets+=(laglab www)
+    compile_tests "$preset" ${targets[@]+"${targets[@]}"}
+    if [ "$names" ]; then run_ctest "$preset" -R "$names" ${outer[@]+"${outer[@]}"}; fi
+    if [ ${#node_files[@]} -gt 0 ]; then node_stage "${node_files[@]}"; fi
 }
 
-# ---- other verbs ----
+run_test() { # [--fast | --all] [--record], or [--all] [--debug] NAME...
+    local argument fast='' record='' preset=release names=()
+    for argument in "$@"; do
+        case $argument in
+            --fast) fast=1 ;;
+            --all) all=1 ;;
+            --record) record=--record ;;
+            --debug) preset=debug ;;
+            -h | --help) help; return ;;
+            -*) echo "dev: test takes --fast, --all, --record, --debug, rooms and files; got $argument" >&2; return 2 ;;
+            *) names+=("$argument") ;;
+        esac
+    done
+    if [ "$fast" ] && [ "$all" ]; then echo "dev: test takes --fast or --all, not both" >&2; return 2; fi
+    mkdir -p "$logs"
+    if [ ${#names[@]} -gt 0 ]; then
+        [ -z "$fast$record" ] || { echo "dev: --fast and --record are for the tests of all rooms; got ${names[*]}" >&2; return 2; }
+        test_some "$preset" "${names[@]}"
+    else
+        [ "$preset" = release ] || { echo "dev: --debug is for rooms and files: ./dev test --debug link" >&2; return 2; }
+        if [ "$all" ]; then install_all_tests; elif [ "$fast" ]; then install_fast; else install_test; fi
+        if [ "$fast" ]; then run_stages "$record" test_fast; else run_stages "$record" test_tiers; fi
+    fi
+}
 
 run_check() { # [--all]
-    local status=0
+    case "${1:-}" in
+        '') ;;
+        --all) all=1 ;;
+        *) echo "dev: check takes --all or nothing; got $1" >&2; return 2 ;;
+    esac
     install_check
-    format_stage || status=1
-    spelling_stage || status=1
-    node tests/structure/check.mjs . || status=1
-    node tests/structure/page.mjs . || status=1
-    node tests/structure/page_words.mjs . || status=1
-    node tests/structure/lines.mjs . || status=1
-    node tests/structure/guides.mjs . || status=1
-    node tests/structure/words.mjs . || status=1
-    types_stage tsconfig.json || status=1
-    types_stage www/report/tsconfig.json || status=1
-    types_stage tests/tsconfig.json || status=1
-    lint_stage || status=1
-    tidy_stage "${1:-}" || status=1
-    return $status
+    [ -e build/clients/js/types/api.d.ts ] || build --target client_types
+    run_stages "" check_all
 }
 
 run_fuzz() { # NAME [SECONDS]
@@ -220,14 +295,14 @@ run_fuzz() { # NAME [SECONDS]
 
 # In namespaces of its own: podman's ports and control groups are then nobody else's. crun takes version 1 or 2 of
 # these, not both at once.
-run_container-test() {
-    install_container
+container_stage() {
     local storage=$PWD/build/containers
+    as_root unshare --mount --net true || { echo "no namespaces here"; return 77; }
     mkdir -p "$storage"
     printf '[storage]\ndriver = "vfs"\nrunroot = "%s/run"\ngraphroot = "%s/root"\n' "$storage" "$storage" >"$storage/storage.conf"
     export CONTAINERS_STORAGE_CONF=$storage/storage.conf BUILDAH_ISOLATION=chroot
-    podman image exists localhost/laglab-base || deploy/base-image
-    buildah build --layers --format docker --build-arg BASE=localhost/laglab-base -t laglab .
+    podman image exists localhost/laglab-base || deploy/base-image || return 1
+    buildah build --layers --format docker --build-arg BASE=localhost/laglab-base -t laglab . || return 1
     as_root unshare --mount --net bash -c '
         mount --make-rprivate /
         if [ -d /sys/fs/cgroup/memory ] && mountpoint -q /sys/fs/cgroup/unified; then umount /sys/fs/cgroup/unified; fi
@@ -235,9 +310,15 @@ run_container-test() {
         exec node --test tests/container'
 }
 
+run_container-test() {
+    install_container
+    container_stage
+}
+
 run_cross() { # [CPU...]
     local cpu status=0
     install_cross
-    for cpu in ${@:-aarch64 riscv64}; do tests/golden/cross.sh "$cpu" all --jobs "$(nproc)" || status=1; done
+    [ $# -gt 0 ] || set -- aarch64 riscv64
+    for cpu; do tests/golden/cross.sh "$cpu" all --jobs "$(nproc)" || status=1; done
     return $status
 }
