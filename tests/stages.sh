@@ -48,6 +48,7 @@ stage() { # NAME KIND COMMAND...
 # Functions of stages, side by side: what mostly waits, and what computes and gives way to it.
 in_lane() { # FUNCTION
     lanes=()
+    trap stop_stages INT TERM
     "$1"
 }
 side_by_side() { # FUNCTION...
@@ -137,7 +138,7 @@ spelling_stage() {
         xargs -0 codespell --quiet-level 3 --ignore-words tests/structure/spelling.txt --ignore-regex '"de": "[^"]*"' # German
 }
 lint_stage() { node_modules/.bin/biome check --error-on-warnings; } # rules and layout
-format_stage() { c_files | xargs -r clang-format-14 --dry-run -Werror; }
+format_stage() { c_files | xargs -r -P "$(nproc)" -n 100 clang-format-14 --dry-run -Werror; }
 # Sources of src that differ from the main branch, and those that include a header that does.
 changed_sources() {
     local base file

@@ -1,10 +1,12 @@
 // Proves that tests/stages.sh and tests/stages.mjs notice a stage that fails, finds no test, dies or hangs, and that they name what was
 // skipped, has become slower or has gone; and that tests/find.mjs finds the tests of a name.
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { spawn, spawnSync } from 'node:child_process';
+import { once } from 'node:events';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
 import { findTests } from '../find.mjs';
 import { compare, count, readCommitted } from '../stages.mjs';
 
@@ -15,12 +17,11 @@ cd '${root}'
 . '${resolve('tests/stages.sh')}'
 logs=logs
 node() { command node "${resolve('tests')}/\${1#tests/}" "\${@:2}"; }`;
+const bash = (script, option) => ['-c', `${stages}\nall_of_it() {\n${script}\n}\nrun_stages '${option}' all_of_it`];
+const env = { ...process.env, LAGLAB_STALL_S: '3' };
+const start = (script) => spawn('bash', bash(script, ''), { env, stdio: 'ignore' });
 function run(script, option = '') {
-  const done = spawnSync('bash', ['-c', `${stages}\nall_of_it() {\n${script}\n}\nrun_stages '${option}' all_of_it`], {
-    encoding: 'utf8',
-    env: { ...process.env, LAGLAB_STALL_S: '2' },
-    timeout: 60000,
-  });
+  const done = spawnSync('bash', bash(script, option), { encoding: 'utf8', env, timeout: 60000 });
   assert.equal(done.signal, null, 'the stages end');
   return { status: done.status, lines: done.stdout.trim().split('\n'), text: done.stdout + done.stderr };
 }
@@ -78,15 +79,32 @@ try {
     'hangs: exit status 143 (logs/hangs.log)',
   ])
     assert.ok(bad.lines.includes(line), `${line} in ${bad.text}`);
-  assert.match(readFileSync(join(root, 'logs/hangs.log'), 'utf8'), /nothing was written for 2 s/);
+  assert.match(readFileSync(join(root, 'logs/hangs.log'), 'utf8'), /nothing was written for 3 s/);
 
-  // Side by side, with what a stage leaves behind.
+  // Side by side. What a stage has started ends with it, and all ends with the run.
+  const alive = `bash -c 'while sleep 0.1; do date +%N >"$1"; done' -`;
+  const ended = async (file) => {
+    await sleep(500);
+    const then = readFileSync(join(root, file), 'utf8');
+    await sleep(500);
+    assert.equal(readFileSync(join(root, file), 'utf8'), then, `${file} is written by nobody`);
+  };
   const beside = run(`
-    one() { stage "one" one eval 'sleep 300 & true'; stage "two" one true; }
+    one() { stage "one" one eval "${alive.replaceAll('"', '\\"').replace('$1', '\\$1')} left & sleep 1"; stage "two" one true; }
     other() { stage "other" one false; }
     side_by_side one other`);
   assert.equal(beside.status, 1);
   assert.equal(beside.lines.at(-1), '2 passed, 1 failed', beside.text);
+  await ended('left');
+  const stopped = start(`
+    one() { stage "one" one ${alive} first; }
+    other() { stage "other" one ${alive} second; }
+    side_by_side one other`);
+  while (!existsSync(join(root, 'first')) || !existsSync(join(root, 'second'))) await sleep(50);
+  stopped.kill('SIGTERM');
+  assert.deepEqual(await once(stopped, 'exit'), [130, null]);
+  await ended('first');
+  await ended('second');
 
   // The table: renewed only by a run without a failure, and compared.
   const table = join(root, 'tests/stages.csv');
