@@ -38,12 +38,14 @@ function ofNode(log) {
   const last = {};
   for (const [, what, number] of log.matchAll(/^\S+ (pass|fail|cancelled|skipped|todo) (\d+)$/gm)) last[what] = Number(number);
   const marked = log.matchAll(/^\s*✖ (.+) \([\d.]+ms\)|^(tests\/\S+: (?:has no test|ended with .*))$/gm);
-  const failed = new Set([...marked].map((match) => match[1] ?? match[2]));
+  const names = new Set([...marked].map((match) => match[1] ?? match[2]));
+  const place = new Map([...log.matchAll(/^test at (\S+)\n✖ (.+) \([\d.]+ms\)/gm)].map(([, where, name]) => [name, `${where} ${name}`]));
+  const failed = [...names].map((name) => place.get(name) ?? name);
   const skipped = [...log.matchAll(/^\s*﹣ (.+) \([\d.]+ms\) # (.+)$/gm)].map((match) => `${match[1]}: ${match[2]}`);
   const wrong = (last.fail ?? 0) + (last.cancelled ?? 0);
   return {
     passed: last.pass ?? 0,
-    failed: [...failed, ...Array(Math.max(0, wrong - failed.size)).fill('a test without a name')],
+    failed: [...failed, ...Array(Math.max(0, wrong - failed.length)).fill('a test without a name')],
     skipped: [...skipped, ...Array(Math.max(0, (last.skipped ?? 0) + (last.todo ?? 0) - skipped.length)).fill('a test without a reason')],
   };
 }

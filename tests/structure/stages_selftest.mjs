@@ -41,8 +41,8 @@ try {
 [  FAILED  ] test_b</system-out></testcase>
   <testcase name="link.gone" time="0" status="notrun"><skipped message="Unable to find executable"/><system-out></system-out></testcase>
 </testsuite>`;
-  const NODE =
-    '✔ one (1.5ms)\n﹣ two (0.1ms) # mounting needs root\n✖ three (2ms)\nℹ pass 1\nℹ fail 1\nℹ cancelled 0\nℹ skipped 1\nℹ todo 0\n';
+  const COUNTS = 'ℹ pass 1\nℹ fail 1\nℹ cancelled 0\nℹ skipped 1\nℹ todo 0\n';
+  const NODE = `✔ one (1.5ms)\n﹣ two (0.1ms) # mounting needs root\n✖ three (2ms)\n${COUNTS}test at a.test.mjs:3:1\n✖ three (2ms)\n`;
   writeFileSync(join(root, 'good.xml'), XML);
   writeFileSync(join(root, 'wrong.xml'), WRONG);
   writeFileSync(join(root, 'node'), NODE);
@@ -70,7 +70,7 @@ try {
   for (const line of [
     'units: link.loss test_b (logs/units.log)',
     'units: link.gone (logs/units.log)',
-    'page: three (logs/page.log)',
+    'page: a.test.mjs:3:1 three (logs/page.log)',
     'nothing: no test was found (logs/nothing.log)',
     'no test: no test was found (logs/no-test.log)',
     'layout: exit status 1 (logs/layout.log)',
@@ -142,4 +142,5 @@ assert.deepEqual(findTests(['src/ode/stiff']), findTests(['ode']), 'of the room 
 assert.ok(findTests(['daemon']).some((line) => line.startsWith('node ')) && findTests(['daemon']).includes('ctest ^daemon\\.'));
 for (const name of ['nix', 'netcode/clint', 'src/nix.c', 'tests', 'tests/page/nix.test.mjs', 'src/main.c', 'link.nix'])
   assert.throws(() => findTests([name]), new RegExp(`no tests of ${name}\\. Rooms: api base`));
+for (const [, names] of readFileSync('CONTRIBUTING.md', 'utf8').matchAll(/`\.\/dev test ([^-`][^`]*)`/g)) findTests(names.split(' '));
 console.log('stages_selftest: all cases as expected');
