@@ -5,7 +5,7 @@ import { randomBytes } from 'node:crypto';
 
 const REQUESTS = 8;
 const FRAMES = 3;
-const LIMIT_MS = 5000;
+const LIMIT_MS = 60000;
 
 const get = (agent, url) =>
   new Promise((resolve, reject) => {

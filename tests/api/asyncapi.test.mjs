@@ -120,7 +120,7 @@ async function compareEncodings(id) {
   binary.say({ subscribe: rates(binary, 60) });
   const ended = () => json.frames.at(-1)?.flags.includes('ended'); // a short one on a busy machine
   await c.control(session, { op: 'play' });
-  await waitFor(() => (json.frames.length > 6 && binary.frames.length > 30) || ended(), `frames of ${id}`, 20000);
+  await waitFor(() => (json.frames.length > 6 && binary.frames.length > 30) || ended(), `frames of ${id}`);
   await c.control(session, { op: 'pause' });
   await pause(100);
   checkAll(json);
@@ -299,10 +299,10 @@ test('rates are those that were asked for, and channels those that were subscrib
   const session = await c.make({ scenario: 'eight', set: { duration_s: 600 } });
   const stream = await c.stream(session, 'json', { subscribe: {} }),
     other = await c.stream(session, 'json', { subscribe: { session: 60 } });
-  await waitFor(() => other.frames.length >= 18, 'frames of another viewer', 30000);
+  await waitFor(() => other.frames.length >= 18, 'frames of another viewer');
   assert.equal(await settled(stream), 0, 'no subscription, no frame');
   stream.say({ subscribe: { scene: 20, gauges: 7, session: 60 }, id: 5 });
-  const reply = await stream.wait((each) => each.id === 5, 'the reply', 20000);
+  const reply = await stream.wait((each) => each.id === 5, 'the reply');
   assert.deepEqual(reply.subscribed, { session: 60, scene: 20, gauges: 6 });
   const begun = () => stream.frames.findIndex((frame) => frame.views && frame.buffers && frame.session);
   await waitFor(() => begun() >= 0 && stream.frames.length >= begun() + 60, '60 frames', 60000);
@@ -312,10 +312,10 @@ test('rates are those that were asked for, and channels those that were subscrib
   checkRate(frames, 'views', 3);
   checkRate(frames, 'buffers', 10);
   stream.say({ subscribe: {}, id: 6 });
-  await stream.wait((each) => each.id === 6, 'the reply', 20000);
+  await stream.wait((each) => each.id === 6, 'the reply');
   const count = await settled(stream),
     of_other = other.frames.length;
-  await waitFor(() => other.frames.length >= of_other + 12, 'frames of another viewer', 30000);
+  await waitFor(() => other.frames.length >= of_other + 12, 'frames of another viewer');
   assert.equal(await settled(stream), count);
   checkAll(stream);
   await stream.close();
@@ -326,7 +326,7 @@ test('who does not subscribe gets what is drawn, after a second', async () => {
   const session = await c.make({ set: { duration_s: 600 } });
   const begun = performance.now();
   const stream = await c.stream(session, 'json', { subscribe: null });
-  const frame = await stream.frame(undefined, 20000);
+  const frame = await stream.frame();
   assert.ok(performance.now() - begun > 900);
   assert.deepEqual(
     [Boolean(frame.views), Boolean(frame.session), Boolean(frame.events), Boolean(frame.buffers)],
@@ -367,8 +367,8 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
   const other = await c.stream(session, 'bin'), // acknowledges none, and gets all
     stream = await c.stream(session, 'bin');
   const passed = (seq, n) => waitFor(() => seqOf(other.frames.at(-1)) > seq + n, `${n} frames of another viewer`, 60000);
-  await other.frame(undefined, 20000);
-  await stream.frame(undefined, 20000);
+  await other.frame();
+  await stream.frame();
   stream.say({ ack: seqOf(stream.frames.at(-1)) });
   const begun = await settled(stream); // from here on the daemon knows that it acknowledges
   await passed(seqOf(stream.frames.at(-1)), 24);
@@ -378,7 +378,7 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
   await passed(seqOf(other.frames.at(-1)), 24);
   assert.equal(await settled(stream), before, 'no frame without an ack');
   stream.say({ ack: last });
-  await waitFor(() => stream.frames.length > before, 'the next frame', 20000);
+  await waitFor(() => stream.frames.length > before, 'the next frame');
   const frames = framesOf(stream),
     next = frames[before],
     events = frames.flatMap((frame) => frame.events ?? []);
@@ -401,7 +401,7 @@ test('a slow viewer gets half of its frames, and a message', async () => {
     if (stream.frames.length > 0) stream.say({ ack: stream.frames.at(-1).seq });
   }, 250);
   try {
-    const slower = await stream.wait((message) => message.type === 'rate', 'the message', 10000);
+    const slower = await stream.wait((message) => message.type === 'rate', 'the message');
     assert.deepEqual(slower, { type: 'rate', reason: 'slow viewer', divisor: 2 });
   } finally {
     clearInterval(timer);
@@ -591,14 +591,14 @@ test('an experiment reports its progress: paused, resumed, finished; then its st
   const first = await c.progress(made.id),
     second = await c.progress(made.id);
   assert.deepEqual([first.hello.experiment, first.hello.runs, first.hello.state], [made.id, 8000, 'running']);
-  const moving = await first.wait((m) => m.type === 'progress' && m.done > 0, 'rows', 20000);
+  const moving = await first.wait((m) => m.type === 'progress' && m.done > 0, 'rows');
   assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
   await control('pause');
   const paused = await first.wait((m) => m.state === 'paused');
   assert.deepEqual([paused.rate_per_s, paused.left_s], [0, null]);
   await control('resume');
   await waitFor(() => first.messages.at(-1).state === 'running', 'the resume');
-  await first.wait((m) => m.done > paused.done, 'more rows', 20000);
+  await first.wait((m) => m.done > paused.done, 'more rows');
   await control('cancel');
   for (const stream of [first, second]) {
     const last = await stream.wait((m) => m.state === 'cancelled');

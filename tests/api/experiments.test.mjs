@@ -200,7 +200,7 @@ test('what is over and had its time is deleted when the next is made, and at the
 test('pause holds it, resume lets it go on, cancel keeps its rows', async () => {
   const made = (await c.call('POST', E, { body: experiment(4000) })).json;
   const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });
-  await waitFor(async () => (await state(made.id)).done > 0, 'the first rows', 20000);
+  await waitFor(async () => (await state(made.id)).done > 0, 'the first rows');
   assert.equal((await control('pause')).json.state, 'paused');
   // What was being run is finished; then nothing moves.
   let held = await state(made.id);
@@ -218,7 +218,7 @@ test('pause holds it, resume lets it go on, cancel keeps its rows', async () => 
   assert.ok(held.done < held.runs);
   assert.deepEqual([held.state, held.rate_per_s, held.left_s], ['paused', 0, null]);
   assert.equal((await control('resume')).json.state, 'running');
-  await waitFor(async () => (await state(made.id)).done > held.done, 'more rows', 20000);
+  await waitFor(async () => (await state(made.id)).done > held.done, 'more rows');
   const moving = await state(made.id);
   assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
   assert.equal((await control('cancel')).json.state, 'cancelled');
@@ -241,7 +241,7 @@ test('an experiment of another version is left alone by a daemon, which names bo
     one = client(first.url);
   t.after(() => rmSync(data, { recursive: true, force: true }));
   const made = (await one.call('POST', E, { body: experiment(4000) })).json;
-  await waitFor(async () => (await state(made.id, one)).done > 0, 'the first rows', 20000);
+  await waitFor(async () => (await state(made.id, one)).done > 0, 'the first rows');
   const before = await state(made.id, one);
   assert.deepEqual([before.version, before.held_back], [own, null]);
   one.close();
@@ -267,7 +267,7 @@ test('what a killed daemon had begun, the next one finishes: every row once', as
     const first = await startDaemon({ data });
     const one = client(first.url);
     const { id, owner_key: key } = (await one.call('POST', E, { body: experiment(1500) })).json;
-    await waitFor(async () => (await state(id, one)).done > 0, 'the first rows', 20000);
+    await waitFor(async () => (await state(id, one)).done > 0, 'the first rows');
     assert.notEqual((await state(id, one)).state, 'done');
     await first.kill();
     one.close();

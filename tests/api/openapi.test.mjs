@@ -445,7 +445,7 @@ test('speed against error', async () => {
     order = { family: 'contact_solvers', methods: ['xpbd'], duration_s: 0.1 };
   await call('get', T, {}, 200);
   const { id, owner_key: key } = (await call('post', T, {}, 202, { body: order })).json;
-  await waitFor(async () => (await call('get', `${T}/{id}`, { id }, 200)).json.state === 'done', 'the measurement', 20000);
+  await waitFor(async () => (await call('get', `${T}/{id}`, { id }, 200)).json.state === 'done', 'the measurement');
   await call('post', T, {}, 400, { body: { family: 'magic' } });
   await call('post', T, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', T, {}, 415, { body: order, type: 'text/plain' });

@@ -568,7 +568,7 @@ test('a sweep that was killed goes on where it was, and every row is there once'
   const name = race(300);
   const whole = good(['sweep', name]);
   const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'k.csv'], { cwd: folder, stdio: 'ignore' });
-  await waitFor(() => existsSync(file('k.csv.runs-wal')), 'the store', 10000);
+  await waitFor(() => existsSync(file('k.csv.runs-wal')), 'the store');
   await new Promise((resolve) => setTimeout(resolve, 150));
   begun.kill('SIGKILL');
   await new Promise((resolve) => begun.once('close', resolve));
@@ -588,7 +588,7 @@ const RENAMED = ['experiment', 'chunk', 'result'].map((table) => `UPDATE ${table
 test('a sweep that another version began is not gone on with, and its rows stay', async () => {
   const name = race(300);
   const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'v.csv'], { cwd: folder, stdio: 'ignore' });
-  await waitFor(() => existsSync(file('v.csv.runs-wal')), 'the store', 10000);
+  await waitFor(() => existsSync(file('v.csv.runs-wal')), 'the store');
   await new Promise((resolve) => setTimeout(resolve, 300));
   begun.kill('SIGKILL');
   await new Promise((resolve) => begun.once('close', resolve));

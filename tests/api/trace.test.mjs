@@ -192,7 +192,7 @@ test('a daemon gives the same by Accept, of a session and of a run', async () =>
 
     const order = { scenario: 'contact', set, metrics: ['players.0.remote_error_m.mean'] };
     const { id } = (await c.call('POST', '/api/v1/experiments', { body: order })).json;
-    await waitFor(async () => (await c.get(`/api/v1/experiments/${id}`)).json.state === 'done', 'the experiment', 20000);
+    await waitFor(async () => (await c.get(`/api/v1/experiments/${id}`)).json.state === 'done', 'the experiment');
     await inEveryFormat(new URL(`/api/v1/experiments/${id}/runs/0/trace?of=corrections`, daemon.url), ndjson('corrections.ndjson'));
     const refused = await c.get(`${session.links.trace}?of=paths`);
     assert.equal(refused.status, 400);

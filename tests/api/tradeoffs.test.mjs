@@ -186,14 +186,14 @@ const tasks = async (/** @type {any} */ at) => {
 test('a measurement ends when it is deleted, in the midst of a run', async () => {
   for (const family of ['integrators', 'synchronisation', 'particles']) {
     const { id, owner_key: key, links } = await start({ family, seeds: 100 });
-    await waitFor(async () => (await c.get(links.self)).json.done > 0 || family !== 'synchronisation', 'a step', 10000);
+    await waitFor(async () => (await c.get(links.self)).json.done > 0 || family !== 'synchronisation', 'a step');
     await pause(200);
     assert.equal((await c.get(`/api/v1/advise/${id}`)).status, 404, 'it is no advice');
     assert.equal((await c.call('DELETE', links.self)).status, 401);
     assert.equal((await c.call('DELETE', links.self, { key: 'b'.repeat(32) })).status, 403);
     assert.equal((await c.call('DELETE', links.self, { key })).status, 204);
     assert.equal((await c.get(links.self)).status, 404);
-    await waitFor(async () => (await tasks(c)) === 0, `the end of ${family}`, 3000);
+    await waitFor(async () => (await tasks(c)) === 0, `the end of ${family}`);
   }
 });
 
@@ -208,7 +208,7 @@ test('jobs of an address and their processor time are limited; what no client po
     const statuses = [];
     for (let i = 0; i < 9; i++) statuses.push((await s.call('POST', T, { body: { family: 'synchronisation', seeds: 100 } })).status);
     assert.deepEqual(statuses, [...Array(8).fill(202), 429]);
-    await waitFor(async () => (await tasks(s)) === 0, 'the end of all', 10000);
+    await waitFor(async () => (await tasks(s)) === 0, 'the end of all');
     assert.equal((await s.call('POST', T, { body: { family: 'synchronisation' } })).status, 202);
   } finally {
     s.close();

@@ -121,7 +121,8 @@ test('clones of a function are one, and lines are those of the function around t
   );
 });
 
-/** What text_before must find in a history of the file. @param {(...args: string[]) => string} git @param {(text: string) => void} commits */
+/** What text_before must find in a history of the file.
+ * @param {(...args: string[]) => string} git @param {(text: string) => void} commits */
 function before_each_commit(git, commits) {
   const before = (/** @type {string} */ now) => text_before(join(folder, 'counts.csv'), now, git);
   assert.equal(before('1'), null);

@@ -167,7 +167,7 @@ test('many addresses with a device each do not drive out those at the address of
 test('thirty devices join, vote, vote again and reconnect while one laptop attacks: none is refused, the tally is right', async (t) => {
   const of = await open();
   const stop = attack(t, of, '203.0.113.9');
-  await waitFor(async () => (await of.list()).length === PLACES, 'the class to be full', 15000);
+  await waitFor(async () => (await of.list()).length === PLACES, 'the class to be full');
   /** @type {string[]} */
   const refused = [];
   const here = await pupils(of, room, refused);
@@ -213,7 +213,7 @@ test('behind one address with the attacker the teacher closes the door and remov
   const refused = [];
   const here = await pupils(of, school, refused);
   const stop = attack(t, of, TEACHER);
-  await waitFor(async () => (await of.list()).length === PLACES, 'the class to be full', 15000);
+  await waitFor(async () => (await of.list()).length === PLACES, 'the class to be full');
   await Promise.all(here.map((one, i) => one.vote(i % 2)));
   const last = Math.max(...here.map(({ number }) => number));
   assert.equal((await of.call('PATCH', '', { door: 'closed' })).status, 200);

@@ -14,7 +14,7 @@ import { startDaemon } from '../lib/daemon.mjs';
 const DATE = path.join(path.dirname(fileURLToPath(import.meta.url)), '../lib/date.c');
 const X = '/api/v1/experiments';
 
-test('the date jumps while the daemon works', { timeout: 120000 }, async (t) => {
+test('the date jumps while the daemon works', { timeout: 600000 }, async (t) => {
   const folder = mkdtempSync(path.join(tmpdir(), 'laglab-clock-')),
     data = path.join(folder, 'data'),
     file = path.join(folder, 'date');

@@ -216,7 +216,7 @@ for (const [page, sections] of Object.entries(CLAIMS)) {
       if (check) test(`${page}, ${heading}: block ${i + 1}`, () => check(own[i] ?? ''));
     });
     if (claims.some(({ run }) => run))
-      test(`${page}, ${heading}: run`, { timeout: 130000 }, (t) => {
+      test(`${page}, ${heading}: run`, { timeout: 600000 }, (t) => {
         if (place.skip) return t.skip(place.skip);
         const script = claims.map(({ run }, i) => (run ? `mark ${i}\n${run(own[i] ?? '')}\n` : '')).join('');
         const result = place.sealed(`${PRELUDE}${script}`);

@@ -159,7 +159,7 @@ for (const [name, { fault, cause }] of Object.entries(DISKS))
       const room = (await c.call('POST', C)).json,
         at = `${C}/${room.id}`;
       const made = (await c.call('POST', X, { body: ORDER })).json;
-      await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the experiment', 20000);
+      await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the experiment');
       const rows = (await c.get(`${made.links.results}?format=csv`)).text;
       await again(/** @type {'kill' | 'stop'} */ (end));
       spoil();
@@ -192,7 +192,7 @@ for (const [name, { fault, cause }] of Object.entries(DISKS))
       await waitFor(() => /the store of experiments fails/.test(daemon.errors()), 'the line of the log');
       mend();
       const works = async () => (await c.patch(session, { 'players.0.lag_ms': 5 })).status === 200;
-      await waitFor(works, 'the store to work', 8000);
+      await waitFor(works, 'the store to work');
       assert.equal((await c.call('PATCH', at, { key: room.teacher_key, body: { phase: 'free' } })).status, 200);
       await waitFor(async () => /^laglab_store_failing 0$/m.test((await c.get('/metrics')).text), 'both stores');
       assert.equal((await c.call('DELETE', made.links.self, { key: made.owner_key })).status, 204);

@@ -1,6 +1,5 @@
-// Clients that send the heaviest possible requests without a pause: others are answered, the machine is idle after they have left,
-// and SIGTERM ends the daemon in time without losing acknowledged changes. Bounds are wide enough for a busy machine, and far below
-// what they once were: half a minute, or never. bench/hostile.mjs measures.
+// Clients that send the heaviest possible requests without a pause: others are answered, and do not wait for the ends of these; the daemon
+// is idle after they have left, and SIGTERM ends it without losing acknowledged changes. How long others wait: bench/hostile.mjs.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -10,8 +9,8 @@ import { client, pause, raw, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { ARGS, attack, cpu_s, measure, prepare } from '../lib/hostile.mjs';
 
-const P99_MS = 600,
-  MOST_MS = 4000;
+/** Of an ordinary client: 4 requests of one session and 3 of new ones in each. */
+const ROUNDS = 10;
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 300 }, duration_s: 3000 };
 const S = (session, rest = '') => `/api/v1/sessions/${session.id}${rest}`;
 
@@ -27,54 +26,40 @@ after(async () => {
   await daemon.stop();
 });
 
-/** Processor seconds within a second. */
-async function busy_s() {
-  const from = cpu_s(daemon.pid);
-  await pause(1000);
-  return cpu_s(daemon.pid) - from;
+async function others() {
+  const seen = await measure(daemon.url, Infinity, ROUNDS);
+  for (const name of ['pause', 'patch', 'play', 'state', 'create', 'delete', 'health']) assert.equal(seen[name].count, ROUNDS, name);
 }
 
-async function becomes_idle(within_s) {
-  await pause(1000 * within_s);
-  const used = await busy_s();
-  assert.ok(used < 0.4, `the daemon used ${used} s of processor time in a second, ${within_s} s after its clients had left`);
-}
+/** Waits until the daemon uses less than a fifth of a core. */
+const becomesIdle = () =>
+  waitFor(async () => {
+    const from = cpu_s(daemon.pid);
+    await pause(300);
+    return cpu_s(daemon.pid) - from <= 0.06;
+  }, 'the daemon to be idle after its clients have left');
 
 const GROUPS = {
   'seeks of a large session, and reads of one that cannot keep its speed': ['seek', 'look', 'seek', 'look'],
   'dry runs and states of a distant tick': ['dry_run', 'state_at', 'dry_run', 'state_at'],
   'long traces and bodies of 50,000 paths': ['trace', 'set_many', 'trace', 'set_many'],
   'results, reports and forks': ['results', 'report', 'fork', 'results'],
+  'searches for advice, which end without requests for them': ['advise'],
 };
 
 for (const [what, names] of Object.entries(GROUPS)) {
-  test(`others are answered under ${what}`, async () => {
+  test(`others are answered under ${what}`, async (t) => {
     const attackers = attack(daemon.url, names, place, 4);
     try {
-      await pause(1500);
-      const seen = await measure(daemon.url, 4);
-      for (const [name, { count, p99, max }] of Object.entries(seen)) {
-        assert.ok(count > 3, `${name}: ${count} times`);
-        assert.ok(p99 < P99_MS && max < MOST_MS, `${name}: p99 ${p99} ms, at most ${max} ms`);
-      }
+      await attackers.begun();
+      await others();
+      t.diagnostic(`answers to the attackers meanwhile: ${JSON.stringify(attackers.answers)}`);
     } finally {
       await attackers.end();
     }
-    await becomes_idle(1);
+    await becomesIdle();
   });
 }
-
-test('a search for advice runs in parallel with other requests, and is cancelled without requests for it', async () => {
-  const attackers = attack(daemon.url, ['advise'], place, 4);
-  try {
-    await pause(1500);
-    const { state, patch } = await measure(daemon.url, 3);
-    assert.ok(state.p99 < P99_MS && patch.p99 < P99_MS, `${state.p99}, ${patch.p99} ms`);
-  } finally {
-    await attackers.end();
-  }
-  await becomes_idle(3);
-});
 
 test('a search pauses without requests for it, and continues at the next one', async () => {
   const patient = await startDaemon({ args: ['--job-idle-s', '60'] }),
@@ -96,13 +81,13 @@ test('a search pauses without requests for it, and continues at the next one', a
       await pause(ms);
       return cpu_s(patient.pid) - from;
     };
-    await pause(900);
-    const resting = await used(600);
-    assert.ok(resting < 0.12, `${resting} s of processor time in 0.6 s`);
-    const state = (await p.get(order.json.links.self)).json.state,
-      going = await used(600);
-    assert.equal(state, 'running');
-    assert.ok(going > 2 * resting && going > 0.02, `${going} s, asked for; ${resting} s, resting`);
+    await waitFor(async () => (await used(600)) <= 0.06, 'it to rest');
+    const from = cpu_s(patient.pid);
+    await waitFor(async () => {
+      assert.equal((await p.get(order.json.links.self)).json.state, 'running');
+      await pause(100);
+      return cpu_s(patient.pid) - from > 0.2;
+    }, 'it to go on');
   } finally {
     p.close();
     await patient.stop();
@@ -135,14 +120,15 @@ test('a request that has used up its processor time reports its progress, and th
   }
 });
 
-test('a command during a seek ends it at the present tick', async () => {
+test('others are answered during a seek, and a command of its session ends it at the present tick', async () => {
   const session = await c.make({ scenario: POOL, paused: true });
-  const seek = c.control(session, { op: 'seek', tick: 100000 });
-  await waitFor(async () => (await c.get(S(session))).json.tick > 20, 'the seek to be on its way', 20000);
-  const from = performance.now();
+  let over = false;
+  const seek = c.control(session, { op: 'seek', tick: 100000 }).finally(() => (over = true));
+  await waitFor(async () => (await c.get(S(session))).json.tick > 20, 'the seek to be on its way');
+  await others();
+  assert.equal(over, false, 'they did not wait for its end');
   const paused = await c.control(session, { op: 'pause' });
   assert.equal(paused.status, 200);
-  assert.ok(performance.now() - from < MOST_MS);
   const answer = await seek;
   assert.equal(answer.status, 409);
   assert.match(answer.json.detail, new RegExp(`at tick ${paused.json.tick}\\.`));
@@ -158,35 +144,30 @@ test('a client that disconnects ends its request, and the session stays at its t
       `Authorization: Bearer ${session.owner_key}\r\nContent-Length: ${body.length}\r\n\r\n${body}`,
     700,
   );
-  await pause(700);
+  await becomesIdle();
   const { tick } = (await c.get(S(session))).json;
-  assert.ok(tick > 0);
-  await pause(500);
+  assert.ok(tick < 100000);
+  await pause(300);
   assert.equal((await c.get(S(session))).json.tick, tick, 'no task continues it');
-  await becomes_idle(0);
 });
 
 test('a session that cannot keep its speed is reported at the tick that it has', async () => {
-  const from = performance.now(),
-    tick = (await c.get(S(place.slow))).json.tick;
-  assert.ok(performance.now() - from < MOST_MS);
+  const { tick } = (await c.get(S(place.slow))).json;
   const session = (await c.control(place.slow, { op: 'pause' })).json;
   assert.equal(session.status, 'paused');
   assert.ok(session.tick >= tick);
 });
 
-test('SIGTERM under load ends the daemon in time, and all acknowledged changes are stored', async () => {
-  const DRAIN_S = 2,
-    data = mkdtempSync(path.join(tmpdir(), 'laglab-hostile-'));
-  const victim = await startDaemon({ data, args: [...ARGS, '--drain-s', String(DRAIN_S)] });
+test('SIGTERM ends the daemon while requests of minutes are under way, and all acknowledged changes are stored', async () => {
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-hostile-'));
+  const victim = await startDaemon({ data, args: [...ARGS, '--drain-s', '2', '--request-cpu-s', '600'] });
   const v = client(victim.url);
   try {
     const there = await prepare(victim.url, 1000);
     const mine = await v.make({ scenario: 'race', paused: true });
     const attackers = attack(victim.url, ['seek', 'state_at', 'dry_run', 'advise', 'trace', 'look', 'fork', 'results'], there, 8);
-    await pause(2000);
-    let acknowledged = 0,
-      from = 0;
+    await attackers.begun();
+    let acknowledged = 0;
     const patching = (async () => {
       for (let lag = 1; lag < 900; lag++) {
         const answer = await v.patch(mine, { players: { 0: { lag_ms: lag } } }).catch(() => undefined);
@@ -194,14 +175,10 @@ test('SIGTERM under load ends the daemon in time, and all acknowledged changes a
         acknowledged = lag;
       }
     })();
-    await pause(500);
-    from = performance.now();
-    const how = await victim.stop();
-    const took_s = (performance.now() - from) / 1000;
+    await waitFor(() => acknowledged > 3, 'changes');
+    const how = await victim.stop(); // kills it where it does not end
     await Promise.all([attackers.end(), patching]);
     assert.deepEqual(how, { code: 0, signal: null }, victim.errors());
-    assert.ok(took_s < DRAIN_S + 1, `${took_s} s`);
-    assert.ok(acknowledged > 3, `${acknowledged} changes were acknowledged`);
     const again = await startDaemon({ data }),
       a = client(again.url);
     const session = (await a.get(S(mine))).json,

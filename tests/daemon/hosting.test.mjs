@@ -13,37 +13,26 @@ const start = async (t, wish) => {
   return daemon;
 };
 
-/** CPU time of a process so far, in ms (a tick of the kernel's accounting is 10 ms). */
-function cpuMs(pid) {
-  const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
-  return (Number(fields[11]) + Number(fields[12])) * 10;
-}
-
 const gauge = async (c, name) => Number(new RegExp(`^laglab_${name} (.+)$`, 'm').exec((await c.get('/metrics')).text)[1]);
 
-test('a hundred parked sessions cost less than a quarter of what they cost playing, and catch up when they are viewed', async (t) => {
-  const daemon = await start(t, { args: ['--park-after-s', '4', '--max-new-sessions-per-min', '1000'] });
+test('a hundred parked sessions make no ticks and no frames, and catch up when they are viewed', async (t) => {
+  const daemon = await start(t, { args: ['--park-after-s', '2', '--max-new-sessions-per-min', '1000'] });
   const c = client(daemon.url);
   const sessions = [];
   for (let i = 0; i < 100; i++) sessions.push({ ...(await c.make({ set: { duration_s: 600 } })), begun: performance.now() });
   const stream = await c.stream(sessions[0], 'bin');
   await stream.close();
-  const usedIn = async (ms) => {
-    const before = cpuMs(daemon.pid);
-    await pause(ms);
-    return cpuMs(daemon.pid) - before;
-  };
-  assert.ok((await gauge(c, 'sessions_parked')) < 50);
-  const playing = await usedIn(1000);
-  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 100, 'all to be parked', 20000);
-  const parked = await usedIn(3000);
-  t.diagnostic(`CPU of 100 sessions that play: ${playing} ms in 1 s; of the same, parked: ${parked} ms in 3 s`);
-  assert.ok(parked <= 10 + (3 * playing) / 4, `${parked} ms in 3 s, and ${playing} in 1 s before`); // accounting counts in 10 ms
+  const made = async () => [await gauge(c, 'ticks_total'), await gauge(c, 'frames_published_total')];
+  await waitFor(async () => (await made())[0] > 0, 'ticks');
+  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 100, 'all to be parked');
+  const before = await made();
+  await pause(1000);
+  assert.deepEqual(await made(), before);
   for (const session of sessions) {
     const read = async () => (await c.get(session.links.self)).json;
     assert.equal((await read()).parked, true);
     // On a busy machine the answer may be the tick that it has reached so far.
-    await waitFor(async () => Math.abs((await read()).time_s - (performance.now() - session.begun) / 1000) < 0.5, 'virtual time', 10000);
+    await waitFor(async () => Math.abs((await read()).time_s - (performance.now() - session.begun) / 1000) < 0.5, 'virtual time');
   }
   c.close();
   await daemon.stop();
@@ -58,17 +47,13 @@ test('waking a long session does not stall another', async (t) => {
   await c.control(long, { op: 'play' });
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 2, 'both to be parked');
   const watched = await c.stream(other, 'bin', { ack: true });
-  await pause(300);
-  const from = watched.frames.length;
-  const begun = performance.now();
+  await waitFor(() => watched.frames.length > 5, 'frames of the other');
+  const from = watched.frames.length,
+    begun = performance.now();
   const woken = await c.stream(long, 'bin', { ack: true });
-  const took = performance.now() - begun;
-  await pause(500);
-  const stamps = (await decodeAll(watched.frames, 60)).slice(from).map((frame) => frame.clock.wall_us / 1e3);
-  const gap = Math.max(...stamps.slice(1).map((stamp, i) => stamp - stamps[i]));
-  t.diagnostic(`woken after ${Math.round(took)} ms; the other's longest interval between frames: ${gap.toFixed(1)} ms`);
-  // A worker that woke the session itself would be blocked for nearly all of that time; a busy machine makes everything slower.
-  assert.ok(gap < Math.max(60, took / 3), `${gap} ms between two frames of the other session`);
+  const meanwhile = watched.frames.length - from;
+  t.diagnostic(`woken after ${Math.round(performance.now() - begun)} ms, with ${meanwhile} frames of the other meanwhile`);
+  assert.ok(meanwhile > 3, 'the worker does not wake the session itself');
   await woken.frame();
   assert.ok((await decodeAll(woken.frames, woken.hello.tick_hz))[0].time_s >= 900);
   for (const stream of [watched, woken]) await stream.close();
@@ -89,25 +74,16 @@ test('slow, silent and hostile viewers together with a good one', async (t) => {
   const flood = setInterval(() => {
     for (let i = 0; i < 200; i++) if (!greedy.closed) greedy.say({ ping: i });
   }, 20);
-  await pause(200);
-  const from = good.frames.length;
-  await pause(2000);
+  await waitFor(() => good.frames.length >= 60 && greedy.closed, '60 frames, and the greedy one to be closed');
   clearInterval(flood);
-  clearInterval(slowTimer);
-  const seqs = good.frames.slice(from).map(seqOf);
-  const lost = seqs.at(-1) - seqs[0] + 1 - seqs.length;
-  assert.ok(lost <= seqs.length / 20, `the good viewer lost ${lost} frames`); // none on a quiet machine, which is for bench/ to say
-  assert.ok(seqs.length >= 50, `${seqs.length} frames in 2 s`);
-  await waitFor(() => greedy.closed, 'the greedy one to be closed');
   assert.equal(greedy.closed.code, 1008);
-  assert.ok(slow.frames.length < seqs.length, 'the slow one skipped');
-  assert.ok(seqOf(good.frames.at(-1)) - seqOf(slow.frames.at(-1)) <= 20, 'and is not behind');
+  assert.ok(slow.frames.length < good.frames.length, 'the slow one skips');
+  const behind = () => seqOf(good.frames.at(-1)) - seqOf(slow.frames.at(-1));
+  await waitFor(() => behind() <= 20, 'the slow one to be where the good one is');
+  clearInterval(slowTimer);
 
   const crowd = [await c.stream(session), await c.stream(session), await c.stream(session)];
   await assert.rejects(c.stream(session), (error) => /** @type {any} */ (error).code === 4429 || /** @type {any} */ (error).status === 503);
-  t.diagnostic(
-    `${seqs.length} frames to the good viewer in 2 s, ${lost} lost; ${slow.frames.length} to one that acknowledges ten times a second`,
-  );
   for (const stream of [good, slow, ...crowd]) await stream.close();
   silent.socket.terminate();
   c.close();
@@ -198,18 +174,17 @@ test('sessions that would exceed the memory limit are refused, and harm no other
 
 test('a client with many sessions cannot take the memory from others', async (t) => {
   const daemon = await start(t, { args: ['--park-after-s', '20', '--max-memory-mib', '40', '--max-new-sessions-per-min', '1000000'] });
-  const c = client(daemon.url),
-    from = performance.now();
+  const c = client(daemon.url);
   const small = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 64 } }; // 2 MiB
   let made = 0,
     refused = 0;
-  while (performance.now() - from < 6000) {
+  while (made < 60 && refused === 0) {
     const { status } = await c.call('POST', '/api/v1/sessions', { body: small });
     made += Number(status === 201);
-    refused += Number(status === 503);
+    refused += Number(status !== 201);
     await pause(60);
   }
-  assert.ok(made > 3 * 18 && refused === 0, `${made} made, ${refused} refused`); // 18 fit at once
+  assert.equal(refused, 0, `${made} made`); // 18 fit at once
   const others = [];
   for (let i = 0; i < 20; i++) {
     others.push((await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } })).status);
@@ -236,10 +211,10 @@ test('sessions that were deleted leave nothing behind', async (t) => {
     );
     await pause(500);
   };
-  await come_and_go(1500); // what is kept once
+  await come_and_go(1000); // what is kept once
   const before = kib();
-  await come_and_go(4000);
-  const each = ((kib() - before) * 1024) / 4000;
+  await come_and_go(2500);
+  const each = ((kib() - before) * 1024) / 2500;
   t.diagnostic(`${Math.round(each)} bytes more for each`);
   assert.ok(each < 700, `${Math.round(each)} bytes are kept of each session`);
   c.close();

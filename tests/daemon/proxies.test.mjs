@@ -7,7 +7,7 @@ import { plain, publicProxy } from '../lib/public.mjs';
 import { names } from '../../bench/proxies/proxies.mjs';
 import { bridged, upgradesOnKept } from '../../bench/proxies/upgrades.mjs';
 
-const COUNT = 200;
+const COUNT = 100; // as many again on a larger scale: bench/run proxies
 
 // Each has a daemon of its own, and mostly waits: side by side.
 describe('upgrades', { concurrency: names.length }, () => {

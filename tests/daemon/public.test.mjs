@@ -29,7 +29,7 @@ after(() => place.end());
 const OTHER = { nginx: 'haproxy', haproxy: 'nginx' };
 
 for (const proxy of /** @type {('nginx' | 'haproxy')[]} */ (['nginx', 'haproxy'])) {
-  test(`as an operator sets it up behind ${proxy}`, { timeout: 130000 }, (t) => {
+  test(`as an operator sets it up behind ${proxy}`, { timeout: 600000 }, (t) => {
     if (place.skip) return t.skip(place.skip);
     const commands = blocksOf('docs/deploy.md')
       .filter(({ heading, text }) => heading === 'A public server' && !text.includes(`restart ${OTHER[proxy]}`))

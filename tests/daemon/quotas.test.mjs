@@ -4,6 +4,7 @@ import { test } from 'node:test';
 import net from 'node:net';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
+import { cpu_s } from '../lib/hostile.mjs';
 
 const S = '/api/v1/sessions',
   E = '/api/v1/experiments';
@@ -26,26 +27,29 @@ async function withDaemon(args, use, wish = {}) {
   }
 }
 
+/** A session whose changes are long lines. */
+const WIDE = { scenario: 'race', paused: true, set: { players: Array(16).fill({}) } };
+
 /** Fills a log until a change is refused. */
 async function fill(s, session) {
   for (let i = 0; ; i++) {
-    const answer = await s.patch(session, {
-      players: { 0: { lag_ms: i % 200 }, 1: { lag_ms: (3 * i) % 200, link: { up: { jitter_ms: i % 40 }, down: { jitter_ms: i % 30 } } } },
-    });
+    const line = { jitter_ms: i % 40, delay_ms: i % 30, loss_pct: i % 20, reorder_pct: i % 10, duplicate_pct: i % 9 };
+    const each = { lag_ms: i % 200, link: { up: line, down: line } };
+    const answer = await s.patch(session, { players: Object.fromEntries(Array.from({ length: 16 }, (_, k) => [k, each])) });
     if (answer.status !== 200) return answer;
-    if (i > 40000) throw new Error('it is never full');
+    if (i > 4000) throw new Error('it is never full');
   }
 }
 
 test('a full log refuses changes with 507; its clock can still be stopped, and other sessions are not affected', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000'], async (s) => {
-    const session = await s.make({ paused: true }),
+    const session = await s.make(WIDE),
       other = await s.make({ paused: true });
     const refused = await fill(s, session);
     assert.equal(refused.status, 507, refused.text);
     assert.match(refused.json.detail, /Log of this session has 1\.0 MiB.*max_log_mib/);
     const log = await s.get(`${S}/${session.id}/log`);
-    assert.ok(log.text.length >= 1 << 20 && log.text.length < (1 << 20) + 2000, `${log.text.length} bytes`);
+    assert.ok(log.text.length >= 1 << 20 && log.text.length < (1 << 20) + 20000, `${log.text.length} bytes`);
     assert.equal((await s.control(session, { op: 'play' })).status, 200);
     assert.equal((await s.control(session, { op: 'pause' })).status, 200);
     assert.equal((await s.patch(other, { 'players.0.lag_ms': 9 })).status, 200);
@@ -57,7 +61,7 @@ test('a full log refuses changes with 507; its clock can still be stopped, and o
 test('the logs of all sessions have a limit; deleting frees bytes, and a restart keeps the count', async () => {
   const args = ['--max-log-mib', '0', '--max-logs-mib', '1', '--max-commands-per-s', '100000'];
   await withDaemon(args, async (s, daemon) => {
-    const first = await s.make({ paused: true }),
+    const first = await s.make(WIDE),
       second = await s.make({ paused: true });
     assert.match((await fill(s, first)).json.detail, /Session logs use 1\.0 of 1\.0 MiB/);
     assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507);
@@ -82,8 +86,8 @@ test('the logs of all sessions have a limit; deleting frees bytes, and a restart
 test('each address has a limit of its own; deleting frees bytes', async () => {
   await withDaemon(['--max-client-logs-mib', '1', '--max-commands-per-s', '100000', '--trusted-proxy', '127.0.0.1'], async (s) => {
     const as = (address, method, path, wish = {}) => s.call(method, path, { ...wish, headers: { 'x-forwarded-for': address } });
-    const make = async (address) => (await as(address, 'POST', S, { body: { scenario: 'race', paused: true } })).json;
-    const first = await make('192.0.2.7'),
+    const make = async (address, body = { scenario: 'race', paused: true }) => (await as(address, 'POST', S, { body })).json;
+    const first = await make('192.0.2.7', WIDE),
       second = await make('192.0.2.7'),
       other = await make('192.0.2.8');
     assert.match((await fill(s, first)).json.detail, /Session logs of this address use 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
@@ -99,9 +103,9 @@ test('each address has a limit of its own; deleting frees bytes', async () => {
 });
 
 test('a state so large that its ticks take long is refused before any computation', async () => {
-  await withDaemon(['--max-state-mib', '8'], async (s) => {
+  await withDaemon(['--max-state-mib', '8'], async (s, daemon) => {
+    const from = cpu_s(daemon.pid);
     const cavity = (n) => ({ kind: 'fluid', scene: 'cavity', params: { re: 400, n }, duration_s: 1 });
-    const begun = performance.now();
     for (const n of [320, 512]) {
       const made = await s.call('POST', S, { body: { scenario: cavity(n), paused: true } });
       assert.equal(made.status, 400, made.text);
@@ -110,14 +114,14 @@ test('a state so large that its ticks take long is refused before any computatio
       assert.equal(dry.status, 400, dry.text);
       assert.match(dry.json.detail, /max_state_mib/);
     }
-    assert.ok(performance.now() - begun < 5000);
+    assert.ok(cpu_s(daemon.pid) - from < 0.5, 'nothing was computed');
     assert.equal((await s.call('POST', S, { body: { scenario: cavity(64), paused: true } })).status, 201);
   });
 });
 
 test('forks count by the size of their log', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000', '--max-new-sessions-per-min', '24'], async (s) => {
-    const session = await s.make({ paused: true });
+    const session = await s.make(WIDE);
     await fill(s, session);
     const statuses = [];
     for (let i = 0; i < 3; i++) statuses.push((await s.call('POST', `${S}/${session.id}/fork`)).status);
@@ -140,7 +144,7 @@ test('large answers are counted until they are sent; small ones are not limited'
       slow.push(socket);
     }
     let held = 0;
-    for (let i = 0; i < 40; i++) {
+    for (let i = 0; i < 20; i++) {
       const at = Number(/^laglab_answer_bytes (\d+)$/m.exec((await s.get('/metrics')).text)[1]);
       held = Math.max(held, at);
       assert.ok(at <= 1 << 20, `${at} bytes are held`);
@@ -154,7 +158,7 @@ test('large answers are counted until they are sent; small ones are not limited'
 });
 
 test('limits of experiments per client and of results by size; an endless experiment is cancelled', async () => {
-  await withDaemon(['--max-client-experiments', '2', '--max-results-mib', '1', '--experiment-run-ttl-s', '2'], async (s) => {
+  await withDaemon(['--max-client-experiments', '2', '--max-results-mib', '1', '--experiment-run-ttl-s', '1'], async (s) => {
     const make = async (body = {}) => s.call('POST', E, { body: { ...SMALL, ...body } });
     const big = await make({ repeats: 40000 });
     assert.equal(big.status, 507);

@@ -26,7 +26,7 @@ test('a name that is none is refused', () => {
   for (const name of ['A', 'no', 'a-b', 'abcde']) {
     const { status, stderr } = spawnSync(BINARY, ['serve', '--shard', name, '--data', 'memory', '--listen', '127.0.0.1:0'], {
       encoding: 'utf8',
-      timeout: 5000,
+      timeout: 60000,
     });
     assert.equal(status, 2, stderr);
     assert.match(stderr, /shard/);
@@ -172,7 +172,7 @@ for (const proxy of ['haproxy', 'nginx'])
     });
   });
 
-test('shards that are disturbed lose nothing', { skip: noShards() || false, timeout: 60000 }, async (t) => {
+test('shards that are disturbed lose nothing', { skip: noShards() || false, timeout: 600000 }, async (t) => {
   const kinds = ['killed', 'cut off', 'proxy restarted', 'stopped', 'rolling restart'],
     report = await disturb({ sessions: 12, classes: 2, kinds, every_ms: 200, quiet_s: 1, steady_s: 0.3, twins: 4 });
   t.diagnostic(JSON.stringify(report.totals));

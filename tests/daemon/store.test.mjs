@@ -23,7 +23,7 @@ const remove = (name) => rmSync(name, { recursive: true, force: true });
 function refusal(data, ...args) {
   const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], {
     encoding: 'utf8',
-    timeout: 10000,
+    timeout: 60000,
   });
   assert.equal(stdout, '');
   return {
@@ -40,7 +40,7 @@ const python = (script, ...args) => execFileSync('python3', ['-c', script, ...ar
 const has_python = spawnSync('python3', ['-c', 'import sqlite3']).status === 0;
 
 /** Repeats a command until it is accepted. */
-const recovered = (c, session) => waitFor(async () => (await c.control(session, { op: 'step' })).status === 200, 'the store to work', 8000);
+const recovered = (c, session) => waitFor(async () => (await c.control(session, { op: 'step' })).status === 200, 'the store to work');
 
 /** Checks while the store fails. */
 async function refusesChanges(c, session) {
@@ -137,7 +137,7 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
     const made = await c.call('POST', '/api/v1/experiments', { body: order });
     assert.ok([202, 507].includes(made.status), made.text);
     if (made.status === 202) {
-      await waitFor(async () => (await c.get(made.json.links.self)).json.state !== 'running', 'the experiment', 20000);
+      await waitFor(async () => (await c.get(made.json.links.self)).json.state !== 'running', 'the experiment');
       for (const format of ['csv', 'json', 'sqlite']) {
         const answer = await c.get(`${made.json.links.results}?format=${format}`);
         assert.ok(
@@ -151,7 +151,7 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
     await daemon.kill();
     const told = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', path.join(disk, 'new')], {
       encoding: 'utf8',
-      timeout: 10000,
+      timeout: 60000,
     });
     assert.equal(told.status, 1);
     assert.match(told.stderr, /laglab: .*(cannot be made|No space left)/);
@@ -358,7 +358,7 @@ test('without a folder sessions are kept in memory', async (t) => {
 });
 
 test('options: a wrong one exits 2 with a message, --help lists all', () => {
-  const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
+  const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 60000 });
   /** @type {[string[], string][]} */
   const wrong = [
     [['--nonsense', '1'], 'unknown option --nonsense'],

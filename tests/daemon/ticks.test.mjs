@@ -1,15 +1,13 @@
-// Sessions with a small state whose single tick takes seconds to hours, one of each kind: these and all other sessions can be controlled as
-// usual, ticks that are no longer wanted are interrupted, and SIGTERM ends the daemon in time. Bounds of the slowest answer are wide enough
-// for a busy machine; half of the answers are within the documented 100 ms.
+// Sessions with a small state whose single tick takes seconds to hours, one of each kind: these and all other sessions can be controlled
+// while it is made, ticks that are no longer wanted are interrupted, and SIGTERM ends the daemon. How long answers take then:
+// bench/hostile.mjs.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { cpu_s } from '../lib/hostile.mjs';
 
-const USUAL_MS = 100,
-  MOST_MS = 1000,
-  DRAIN_S = 2;
+const DRAIN_S = 2;
 const box = (/** @type {number} */ i) => ({ shape: 'box', size: [1, 1], position: [(i % 40) * 0.25, 0.5 + 0.25 * Math.floor(i / 40)] });
 /** @type {Record<string, any>} */
 const HEAVY = {
@@ -106,48 +104,43 @@ after(async () => {
   await daemon.stop();
 });
 
-/** Milliseconds of each answer, which must have `status`. */
-async function timed(times, status, call) {
-  const from = performance.now(),
-    answer = await call();
-  times.push(performance.now() - from);
-  assert.equal(answer.status, status, answer.text);
-  return answer.json;
-}
+/** What an answer has, which must have `status`. */
+const good = async (answer, status = 200) => {
+  const { status: got, json, text } = await answer;
+  assert.equal(got, status, text);
+  return json;
+};
 
-function held(what, times) {
-  const sorted = [...times].sort((a, b) => a - b),
-    text = sorted.map((ms) => ms.toFixed(0)).join(' ');
-  assert.ok(sorted[Math.floor(sorted.length / 2)] < USUAL_MS && sorted[sorted.length - 1] < MOST_MS, `${what}: ${text} ms`);
+/** Waits until the daemon has computed for so long. */
+async function computes(of, seconds) {
+  const from = cpu_s(of.pid);
+  await waitFor(() => cpu_s(of.pid) - from >= seconds, 'the daemon to compute');
 }
 
 for (const [what, scenario] of Object.entries(HEAVY)) {
   test(`${what}: it and others are controlled while a tick is made`, async () => {
-    const own = [],
-      others = [];
-    const session = await timed(own, 201, () => c.call('POST', '/api/v1/sessions', { body: { scenario, speed: 10, paused: true } }));
+    const session = await good(c.call('POST', '/api/v1/sessions', { body: { scenario, speed: 10, paused: true } }), 201);
     const viewer = await c.stream(session, 'bin');
     for (let i = 0; i < 5; i++) {
-      await timed(own, 200, () => c.control(session, { op: 'play' }));
-      await pause(300); // at 10 times the speed a tick has been due for long
-      await timed(own, 200, () => c.get(S(session)));
-      await timed(others, 200, () => c.patch(other, { players: { 0: { lag_ms: 10 + i } } }));
-      await timed(others, 200, () => c.get(S(other, '/state')));
-      await timed(others, 200, () => c.control(other, { op: i % 2 ? 'play' : 'pause' }));
-      await timed(own, 200, () => c.control(session, { op: 'pause' }));
+      await good(c.control(session, { op: 'play' }));
+      await computes(daemon, 0.05);
+      await good(c.get(S(session)));
+      await good(c.patch(other, { players: { 0: { lag_ms: 10 + i } } }));
+      await good(c.get(S(other, '/state')));
+      await good(c.control(other, { op: i % 2 ? 'play' : 'pause' }));
+      const { status, tick } = await good(c.control(session, { op: 'pause' }));
+      assert.deepEqual([status, tick], ['paused', 0], 'none of them waited for the tick');
     }
-    await timed(own, 200, () => c.control(session, { op: 'play' }));
-    await pause(300);
-    await timed(own, 204, () => c.call('DELETE', S(session), { key: session.owner_key }));
+    await good(c.control(session, { op: 'play' }));
+    await computes(daemon, 0.05);
+    await good(c.call('DELETE', S(session), { key: session.owner_key }), 204);
     await viewer.close();
     await c.control(other, { op: 'pause' });
-    await pause(1000);
-    const from = cpu_s(daemon.pid);
-    await pause(500);
-    const used = cpu_s(daemon.pid) - from;
-    assert.ok(used < 0.25, `the daemon used ${used} s of processor time within 0.5 s, 1 s after the session was deleted`);
-    held('its own control', own);
-    held('others', others);
+    await waitFor(async () => {
+      const from = cpu_s(daemon.pid);
+      await pause(200);
+      return cpu_s(daemon.pid) - from <= 0.02;
+    }, 'the tick to be interrupted');
   });
 }
 
@@ -172,14 +165,13 @@ test('a step that takes longer than a request may is reported, and the session s
 
 test('a change that recomputes a long run does not hold the session, and gives what a run with it from the start gives', async () => {
   const scenario = { kind: 'motion', problem: 'double_pendulum', duration_s: 300, tick_hz: 1, methods: [{ method: 'rk4', dt_s: 0.0005 }] };
-  const session = await c.make({ scenario, paused: true }),
-    times = [];
+  const session = await c.make({ scenario, paused: true });
   assert.equal((await c.control(session, { op: 'seek', tick: 200 })).status, 200);
-  await timed(times, 200, () => c.patch(session, { methods: { 0: { dt_s: 0.0004 } } }));
-  await timed(times, 200, () => c.get(S(other, '/state')));
-  held('the change', times);
-  const state = (await c.get(S(session, '/state'), { timeout: 60000 })).json;
-  const fresh = await c.make({ scenario: { ...scenario, methods: [{ method: 'rk4', dt_s: 0.0004 }] }, paused: true });
+  await good(c.patch(session, { methods: { 0: { dt_s: 0.0001 } } }));
+  assert.match((await c.get('/metrics')).text, /^laglab_tasks_running 1$/m, 'the run is not ready');
+  await good(c.get(S(other, '/state')));
+  const state = (await c.get(S(session, '/state'))).json;
+  const fresh = await c.make({ scenario: { ...scenario, methods: [{ method: 'rk4', dt_s: 0.0001 }] }, paused: true });
   assert.equal((await c.control(fresh, { op: 'seek', tick: 200 })).status, 200);
   assert.deepEqual(state.state, (await c.get(S(fresh, '/state'))).json.state);
   assert.equal(state.tick, 200);
@@ -187,14 +179,14 @@ test('a change that recomputes a long run does not hold the session, and gives w
 
 test('ticks that are long now and then are made all the same', async () => {
   // Each change of the timeline recomputes the run, in the middle of ticks that take microseconds.
-  const timeline = [3, 6, 9].map((at_s, i) => ({ at_s, set: { 'methods.0.dt_s': 1e-5 * (i + 2) } }));
+  const timeline = [3, 6, 9].map((at_s, i) => ({ at_s, set: { 'methods.0.dt_s': 2e-5 * (i + 2) } }));
   const scenario = {
     kind: 'motion',
     problem: 'kepler',
     duration_s: 10,
     tick_hz: 60,
     timeline,
-    methods: [{ method: 'velocity_verlet', dt_s: 1e-5 }],
+    methods: [{ method: 'velocity_verlet', dt_s: 2e-5 }],
   };
   const session = await c.make({ scenario, paused: true });
   assert.equal((await c.control(session, { op: 'seek', tick: 600 })).status, 200);
@@ -202,12 +194,12 @@ test('ticks that are long now and then are made all the same', async () => {
   const played = await c.make({ scenario, paused: true, speed: 10 });
   const viewer = await c.stream(played, 'json');
   await c.control(played, { op: 'play' });
-  await waitFor(async () => (await c.get(S(played))).json.status === 'ended', 'the end', 30000);
+  await waitFor(async () => (await c.get(S(played))).json.status === 'ended', 'the end');
   await viewer.close();
   assert.equal((await c.get(S(played, '/state'))).json.hash, sought.hash);
 });
 
-test('SIGTERM ends the daemon in time while ticks are made', async () => {
+test('SIGTERM ends the daemon while ticks are made', async () => {
   const victim = await startDaemon({ args: ['--drain-s', String(DRAIN_S)] }),
     v = client(victim.url);
   const steps = [];
@@ -215,12 +207,9 @@ test('SIGTERM ends the daemon in time while ticks are made', async () => {
     const session = await v.make({ scenario, paused: true });
     steps.push(v.control(session, { op: 'step' }).catch(() => undefined));
   }
-  await pause(1000);
-  const from = performance.now(),
-    how = await victim.stop(),
-    took_s = (performance.now() - from) / 1000;
+  await computes(victim, 0.5);
+  const how = await victim.stop(); // kills it where it does not end
   await Promise.all(steps);
   v.close();
   assert.deepEqual(how, { code: 0, signal: null }, victim.errors());
-  assert.ok(took_s < DRAIN_S + 1, `${took_s} s`);
 });

@@ -6,6 +6,9 @@ import './inflate_raw.mjs';
 import { Decoder } from '../../www/js/stream/decode.js';
 import { RECORDS } from '../../www/js/stream/records.js';
 
+/** What takes longer hangs: no busy machine needs it. */
+export const HANG_MS = 60000;
+
 /** Every channel at 60 Hz. */
 export const EVERYTHING = Object.fromEntries(RECORDS.map(({ channel }) => [channel, 60]));
 
@@ -39,7 +42,7 @@ export function client(url, maxSockets = 64) {
     }
     if (wish.key !== undefined) headers.authorization = `Bearer ${wish.key}`;
     return new Promise((resolve, reject) => {
-      const request = http.request(new URL(path, url), { method, headers, agent, timeout: wish.timeout ?? 30000 }, (response) => {
+      const request = http.request(new URL(path, url), { method, headers, agent, timeout: wish.timeout ?? 2 * HANG_MS }, (response) => {
         const parts = [];
         response.on('data', (part) => parts.push(part));
         response.on('error', reject);
@@ -93,8 +96,8 @@ export async function openStream(url, place, format = 'json', wish = {}) {
     closed: undefined,
     say: (message) => socket.send(typeof message === 'string' ? message : JSON.stringify(message)),
     /** The first message that `test` takes, now or later. */
-    wait: (test, what = 'a message', ms = 5000) => waitFor(() => stream.messages.find(test), what, ms),
-    frame: (test = (/** @type {any} */ _) => true, ms = 5000) => waitFor(() => [...stream.frames].reverse().find(test), 'a frame', ms),
+    wait: (test, what = 'a message', ms = HANG_MS) => waitFor(() => stream.messages.find(test), what, ms),
+    frame: (test = (/** @type {any} */ _) => true, ms = HANG_MS) => waitFor(() => [...stream.frames].reverse().find(test), 'a frame', ms),
     close: () =>
       new Promise((resolve) => {
         if (socket.readyState === WebSocket.CLOSED) resolve(undefined);
@@ -129,13 +132,13 @@ export async function openStream(url, place, format = 'json', wish = {}) {
   });
   socket.on('error', () => {});
   if (wish.subscribe !== null && place.startsWith('sessions/')) stream.say({ subscribe: wish.subscribe ?? EVERYTHING });
-  await waitFor(() => stream.hello || stream.closed, 'the hello', 25000); // the daemon closes it after --hello-timeout-s, 20
+  await waitFor(() => stream.hello || stream.closed, 'the hello'); // the daemon closes it after --hello-timeout-s, 20
   if (!stream.hello) throw Object.assign(new Error(`closed with ${stream.closed.code}: ${stream.closed.reason}`), stream.closed);
   return stream;
 }
 
 /** Polls until `test` gives something true. @template T @param {() => T} test @returns {Promise<T>} */
-export async function waitFor(test, what = 'it', ms = 5000) {
+export async function waitFor(test, what = 'it', ms = HANG_MS) {
   const end = performance.now() + ms;
   for (;;) {
     const value = await test();

@@ -7,8 +7,8 @@ import { fileURLToPath } from 'node:url';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 export const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
-const START_MS = 10000,
-  STOP_MS = 10000;
+const START_MS = 60000,
+  STOP_MS = 60000; // these only end a hang
 
 /**
  * `listen` defaults to a free port of 127.0.0.1, `data` to a folder of the daemon's own that goes with it; `before` is put in front of the

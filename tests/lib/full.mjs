@@ -319,7 +319,7 @@ export async function failingDisk({ trials, seed, told }) {
       if (late) {
         second.mend();
         const again = async () => (await writers.commands(session))?.status === 200;
-        await waitFor(again, 'the store to work again', 10000);
+        await waitFor(again, 'the store to work again');
       }
     }
     c.close();

@@ -1,11 +1,11 @@
 // Effects of hostile clients on others: attacks run in processes of their own while this one measures latencies of an ordinary client.
-import { spawn } from 'node:child_process';
+import { fork } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { client, pause, waitFor, decodeAll } from './client.mjs';
 
-const ATTACKER = path.join(path.dirname(fileURLToPath(import.meta.url)), 'attacker.mjs');
+const ATTACKER = path.join(path.dirname(fileURLToPath(import.meta.url)), 'hostile_client.mjs');
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 400 }, duration_s: 3600 };
 
 export const ATTACKS = [
@@ -52,11 +52,21 @@ export async function prepare(url, runs = 20000) {
   return { pool, slow, old, experiment };
 }
 
-/** Starts `count` clients of the attack, or of each of several in turn; `end` kills them. */
+/** Starts `count` clients of the attack, or of each of several in turn; `begun` waits for all. `answers` is how many each kind got so far;
+ * `end` kills them. */
 export function attack(url, names, place, count = 4) {
-  const children = Array.from({ length: count }, (_, i) =>
-    spawn(process.execPath, [ATTACKER, url, names[i % names.length], JSON.stringify(place)], { stdio: 'ignore' }),
-  );
+  const answers = /** @type {Record<string, number>} */ (Object.fromEntries(names.map((/** @type {string} */ name) => [name, 0])));
+  const begun = /** @type {string[]} */ ([]);
+  let ending = false;
+  const children = Array.from({ length: count }, (_, i) => {
+    const name = names[i % names.length],
+      child = fork(ATTACKER, [url, name, JSON.stringify(place)]);
+    child.on('message', (said) => (said === 'begun' ? begun.push(name) : answers[name]++));
+    child.once('exit', (code) => {
+      if (!ending) throw new Error(`the attacker ${name} ended by itself, with ${code}`);
+    });
+    return child;
+  });
   process.setMaxListeners(process.getMaxListeners() + count);
   for (const child of children) {
     const die = () => child.kill('SIGKILL'); // ends with the test, also when it fails
@@ -64,8 +74,11 @@ export function attack(url, names, place, count = 4) {
     child.once('close', () => process.off('exit', die));
   }
   return {
-    end: () =>
-      Promise.all(
+    answers,
+    begun: () => waitFor(() => begun.length === count, 'the attackers'),
+    end: () => {
+      ending = true;
+      return Promise.all(
         children.map(
           (child) =>
             new Promise((resolve) => {
@@ -74,7 +87,8 @@ export function attack(url, names, place, count = 4) {
               child.kill('SIGKILL');
             }),
         ),
-      ),
+      );
+    },
   };
 }
 
@@ -82,11 +96,11 @@ const quantile = (values, q) =>
   values.length ? [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(q * values.length))] : NaN;
 
 /**
- * What an ordinary client sees for so long: milliseconds of each kind of request, and by how much frames of a stream come off their
- * interval, as published (by the daemon's own clock) and as received.
+ * What an ordinary client sees for so long, or in a number of rounds: milliseconds of each kind of request, and by how much frames of a
+ * stream come off their interval, as published (by the daemon's own clock) and as received.
  * @returns {Promise<Record<string, {count: number, p50: number, p99: number, max: number}>>}
  */
-export async function measure(url, seconds) {
+export async function measure(url, seconds, rounds = Infinity) {
   const c = client(url),
     took = { pause: [], play: [], patch: [], state: [], create: [], delete: [], health: [] };
   const mine = await c.make({ scenario: 'race', set: { duration_s: 1000 } }),
@@ -108,7 +122,7 @@ export async function measure(url, seconds) {
   const key = mine.owner_key,
     at = `/api/v1/sessions/${mine.id}`;
   const changing = async () => {
-    for (let i = 0; performance.now() < end; i++) {
+    for (let i = 0; performance.now() < end && i < rounds; i++) {
       await timed('pause', 200, () => c.control(mine, { op: 'pause' }));
       await timed('patch', 200, () => c.patch(mine, { players: { 0: { lag_ms: 50 + (i % 50) } } }));
       await timed('play', 200, () => c.control(mine, { op: 'play' }));
@@ -117,7 +131,7 @@ export async function measure(url, seconds) {
     }
   };
   const making = async () => {
-    while (performance.now() < end) {
+    for (let i = 0; performance.now() < end && i < rounds; i++) {
       const made = (await timed('create', 201, () => c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } })))
         .json;
       await timed('delete', 204, () => c.call('DELETE', `/api/v1/sessions/${made.id}`, { key: made.owner_key }));

@@ -3,7 +3,7 @@
 // numbers of the answers must be those of the requests, in their order. Another one belongs to a request that only one of the two saw.
 import { once } from 'node:events';
 import net from 'node:net';
-import { raw } from './client.mjs';
+import { HANG_MS, raw } from './client.mjs';
 import { random } from './draws.mjs';
 import { publicProxy, plain } from './public.mjs';
 import { put } from './shards.mjs';
@@ -126,17 +126,19 @@ export async function smuggle(kind, daemon, requests) {
   const between = await recorder(daemon.port),
     proxy = await publicProxy(kind, between.port, (text) => plain(numbered[kind](text)));
   const found = { sent: 0, passed: 0, wrong: /** @type {string[]} */ ([]) };
-  const send = async (/** @type {string} */ bytes, split = 0) => {
+  const send = async (/** @type {string} */ bytes, split = 0, patience_ms = PATIENCE_MS) => {
     const socket = net.connect(proxy.port, '127.0.0.1');
     if (split > 0) setTimeout(() => socket.write(bytes.slice(split), 'latin1'), 30);
     found.sent++;
-    return answersOf((await raw(socket, Buffer.from(split > 0 ? bytes.slice(0, split) : bytes, 'latin1'), PATIENCE_MS)).text);
+    return answersOf((await raw(socket, Buffer.from(split > 0 ? bytes.slice(0, split) : bytes, 'latin1'), patience_ms)).text);
   };
   try {
     for (let i = 0; i < requests.length; i += AT_ONCE) {
       const some = requests.slice(i, i + AT_ONCE);
       await Promise.all(some.flatMap(([, bytes]) => [send(bytes + LAST), send(bytes + LAST, Math.ceil(bytes.length / 2))]));
-      const others = await Promise.all(Array.from({ length: OTHERS }, () => send(LAST.replace('Connection: close\r\n', '') + LAST)));
+      const others = await Promise.all(
+        Array.from({ length: OTHERS }, () => send(LAST.replace('Connection: close\r\n', '') + LAST, 0, HANG_MS)),
+      );
       if (!others.every((answers) => answers.length === 2 && answers.every(({ status }) => status === 200)))
         found.wrong.push(`others got ${JSON.stringify(others)} after ${some.map(([name]) => name).join('; ')}`);
     }
