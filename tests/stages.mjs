@@ -1,5 +1,5 @@
 // What the logs of ./dev test say (tests/stages.sh runs the stages):
-//   node tests/stages.mjs count KIND LOG STATUS       one line for a stage that has ended
+//   node tests/stages.mjs count KIND LOG STATUS       one line for a stage that has ended; 1 where it failed
 //   node tests/stages.mjs report ROWS [--record]      the table of all stages; 1 where one failed; --record renews tests/stages.csv
 // A row of ROWS is: stage, kind, log, exit status, seconds, between tabs. Kinds: `ctest`, which writes JUnit's .xml, too; `node`,
 // with the spec reporter's lines; `one`, a command that is itself the check. What cannot be run returns 77 after a line with the reason.
@@ -134,5 +134,6 @@ if (argv[1] === fileURLToPath(import.meta.url)) {
   if (verb === 'count') {
     const { passed, failed, skipped } = count(args[0], args[1], Number(args[2]));
     console.log(closing(passed, failed.length, skipped.length));
+    process.exitCode = failed.length === 0 ? 0 : 1;
   } else process.exitCode = report(args[0], args[1] === '--record');
 }

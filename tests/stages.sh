@@ -28,7 +28,7 @@ stop_stages() {
 }
 
 stage() { # NAME KIND COMMAND...
-    local name=$1 kind=$2 log=$logs/${1//[ \/]/-}.log start=$SECONDS status=0 command
+    local name=$1 kind=$2 log=$logs/${1//[ \/]/-}.log start=$SECONDS status=0 command counts
     shift 2
     rm -f "${log%.log}.xml"
     set -m # each in a group of processes, which ends as one
@@ -42,7 +42,10 @@ stage() { # NAME KIND COMMAND...
     for group in $running; do kill -KILL -- "-$group" 2>/dev/null; done # the watch, and what the command left
     running=''
     printf '%s\t%s\t%s\t%s\t%s\n' "$name" "$kind" "$log" $status $((SECONDS - start)) >>"$logs/stages.tsv"
-    printf '%4d s  %s: %s\n' $((SECONDS - start)) "$name" "$(node tests/stages.mjs count "$kind" "$log" $status)"
+    counts=$(node tests/stages.mjs count "$kind" "$log" $status)
+    status=$?
+    printf '%4d s  %s: %s\n' $((SECONDS - start)) "$name" "$counts"
+    [ $status = 0 ] || { tail -n 40 "$log"; return 1; }
 }
 
 # Functions of stages, side by side: what mostly waits, and what computes and gives way to it.
@@ -218,12 +221,10 @@ waiting() {
 }
 
 test_fast() {
-    stage "build" one compile_tests release
-    side_by_side units api
+    if stage "build" one compile_tests release; then side_by_side units api; fi
 }
 test_tiers() {
-    stage "build" one compile_tests release
-    side_by_side computing waiting lint
+    if stage "build" one compile_tests release; then side_by_side computing waiting lint; fi
 }
 check_all() { side_by_side lint tidy structure; }
 

@@ -55,6 +55,9 @@ try {
   for (const line of ['units: link.delay test_c', 'units: golden.riscv64: not run: no <qemu>', 'container: no namespaces here'])
     assert.ok(good.lines.includes(line), `${line} in ${good.text}`);
 
+  const first = run('if stage "build" one eval "echo no such header; false"; then stage "units" one true; fi');
+  assert.equal(first.lines.at(-1), '0 passed, 1 failed', 'nothing is run without a build');
+  assert.ok(first.lines.includes('no such header'), 'what failed is shown');
   const bad = run(`
     stage "units" ctest eval 'cp wrong.xml logs/units.xml; false'
     stage "page" node eval 'cat node; false'
