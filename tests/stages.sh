@@ -89,7 +89,7 @@ compile_tests() { # PRESET [TARGET...]
     local preset=$1
     shift
     [ $# -eq 0 ] || set -- -- --target "$@"
-    compile "$preset" -DLAGLAB_TESTS=ON "$@"
+    compile "$preset" "$@"
 }
 
 run_ctest() { # PRESET [OPTION...]
@@ -154,7 +154,6 @@ changed_sources() {
             esac
         done | sort -u
 }
-# clang 14 does not know gcc's options of link-time optimisation and inlining.
 tidy_stage() { # [--all]
     local files
     if [ "${1:-}" = --all ]; then
@@ -164,9 +163,7 @@ tidy_stage() { # [--all]
         files=$(changed_sources)
     fi
     [ -n "$files" ] || { echo "no source of src has changed"; return; }
-    mkdir -p build/tidy
-    sed -E 's/ (-f(lto=2|fat-lto-objects)|--param=[^ ]*)//g' build/compile_commands.json >build/tidy/compile_commands.json
-    printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy-14 -p build/tidy --quiet 2>/dev/null
+    printf '%s\n' "$files" | xargs -P "$(nproc)" -n 4 clang-tidy-14 -p build --quiet 2>/dev/null
 }
 
 # ---- tiers ----

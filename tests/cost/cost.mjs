@@ -4,7 +4,7 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { heaviest, judge, raised_silently } from './guard.mjs';
-import { measure } from './profile.mjs';
+import { build, measure } from './profile.mjs';
 
 /** Of a function: a change of less than this renews nothing. */
 const KEPT = 0.005;
@@ -103,6 +103,7 @@ async function main() {
   const all = cases();
   let counts = functions();
   if (name && name !== 'all' && !all.some((c) => c.case === name)) throw new Error(`${name}: no such case`);
+  await build();
   for (const [i, c] of all.entries()) {
     if (name && name !== 'all' && name !== c.case) continue;
     const now = await measure(c),

@@ -1,12 +1,13 @@
 // No canonical run executes more instructions than is committed in instructions.csv, by 3 %, and none of its heaviest functions more than
 // in functions.csv. Who makes one dearer on purpose commits the counts with the reason: node tests/cost/cost.mjs --update CASE "WHY".
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
+import { before, test } from 'node:test';
 import { by_name, cases, functions, parse, path, text_of } from './cost.mjs';
 import { judge, raised_silently, text_before } from './guard.mjs';
-import { measure } from './profile.mjs';
+import { build, measure } from './profile.mjs';
 
 const committed = functions();
+before(build);
 
 for (const c of cases())
   test(`${c.case}: instructions per step`, async (t) => {

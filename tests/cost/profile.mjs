@@ -7,8 +7,8 @@ import { join, relative } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 
-const BUILD = process.env.LAGLAB_BUILD ?? fileURLToPath(new URL('../../build', import.meta.url)),
-  ROOT = fileURLToPath(new URL('../..', import.meta.url));
+const ROOT = fileURLToPath(new URL('../..', import.meta.url)),
+  BUILD = process.env.LAGLAB_BUILD ?? join(ROOT, 'build/symbols');
 /** The same everywhere: how the stack is aligned follows from its length, and by that what copying takes. */
 const ENVIRONMENT = { PATH: '/usr/local/bin:/usr/bin:/bin' };
 /** Before the name of a function of which no line is in this project. */
@@ -25,6 +25,13 @@ export const LIBRARY = 'library:';
 /** @typedef {'compiled' | 'written'} Counted */
 /** @typedef {{program: string, arguments: string, from: number, to: number, steps_per_unit: number}} Run as in instructions.csv */
 /** @typedef {{name: string, from: number, to: number}} Span lines of a function */
+
+/** Builds the release with the lines that counts of functions need, unless LAGLAB_BUILD names a build. */
+export async function build() {
+  if (process.env.LAGLAB_BUILD) return;
+  const command = 'cmake --preset symbols && cmake --build --preset symbols --target laglab www cost_frames';
+  await promisify(execFile)('flock', ['build/.lock-symbols', 'sh', '-c', command], { cwd: ROOT, maxBuffer: 64 << 20 });
+}
 
 /** @type {Map<string, Span[]>} */
 const spans_of_files = new Map();
