@@ -13,6 +13,7 @@
 
 #include "base/pair.h"
 #include "base/rng.h"
+#include "support/near.h"
 
 #define COUNT 1000000
 
@@ -34,8 +35,7 @@ static double worst(function *f, reference *r, double from, double to)
     for (uint64_t i = 0; i < COUNT; i++) {
         double x = from + (to - from) * ll_rng_unit(1, 2, i);
         double error = error_ulp(f(x), r((long double)x));
-        if (error > most)
-            most = error;
+        most = larger(most, error);
     }
     return most;
 }
@@ -78,8 +78,7 @@ static void arctangent_is_within_two_and_a_half_ulp(void **state)
     for (uint64_t i = 0; i < COUNT; i++) {
         double y = 2 * ll_rng_unit(1, 2, i) - 1, x = (2 * ll_rng_unit(1, 3, i) - 1) * sizes[i % 4];
         double error = error_ulp(ll_atan2(y, x), atan2l((long double)y, (long double)x));
-        if (error > most)
-            most = error;
+        most = larger(most, error);
     }
     assert_true(most <= 2.5);
     assert_true(ll_atan2(0, 1) == 0 && ll_atan2(0, 0) == 0 && ll_atan2(1, 1) == atan(1));

@@ -8,6 +8,7 @@
 
 #include "base/mix.h"
 #include "base/rng.h"
+#include "support/near.h"
 
 #define COUNT 1000000
 
@@ -40,13 +41,13 @@ static void units_are_uniform(void **state)
             double u = ll_rng_unit(7, stream, i);
             sum += u - 0.5;
             squares += (u - 0.5) * (u - 0.5);
-            least = u < least ? u : least;
-            most = u > most ? u : most;
+            least = smaller(least, u);
+            most = larger(most, u);
         }
         assert_true(least >= 0 && most < 1);
         assert_true(least < 20.0 / COUNT && most > 1 - 20.0 / COUNT);
-        assert_true(fabs(sum / COUNT) < 4 * sqrt(1.0 / 12 / COUNT));
-        assert_true(fabs(squares / COUNT - 1.0 / 12) < 4 * sqrt(1.0 / 180 / COUNT));
+        assert_near(sum / COUNT, 0, 4 * sqrt(1.0 / 12 / COUNT));
+        assert_near(squares / COUNT, 1.0 / 12, 4 * sqrt(1.0 / 180 / COUNT));
     }
 }
 
@@ -74,7 +75,7 @@ static void neighbours_are_independent(void **state)
                 uint64_t b = ll_rng_u64(5 + (kind == 2), 9 + (kind == 1), i + (kind == 0)) >> shift;
                 cells[(a & 63) * 64 + (b & 63)]++;
             }
-            assert_true(fabs(chi_squared_deviate(cells, 4096, COUNT / 4096.0)) < 4);
+            assert_near(chi_squared_deviate(cells, 4096, COUNT / 4096.0), 0, 4);
         }
     }
 }
@@ -88,8 +89,8 @@ static void first_draws_are_uniform(void **state)
         by_stream += ll_rng_unit(1, i, 0) - 0.5;
         by_seed += ll_rng_unit(i, 0, 0) - 0.5;
     }
-    assert_true(fabs(by_stream / COUNT) < 4 * sqrt(1.0 / 12 / COUNT));
-    assert_true(fabs(by_seed / COUNT) < 4 * sqrt(1.0 / 12 / COUNT));
+    assert_near(by_stream / COUNT, 0, 4 * sqrt(1.0 / 12 / COUNT));
+    assert_near(by_seed / COUNT, 0, 4 * sqrt(1.0 / 12 / COUNT));
 }
 
 /* Every input bit turns every output bit over in half of the cases: the worst of 64 x 64 deviates. */
@@ -110,11 +111,11 @@ static void every_bit_reaches_every_bit(void **state)
     for (int in = 0; in < 64; in++) {
         for (int out = 0; out < 64; out++) {
             double deviate = (flips[in][out] - TRIALS / 2.0) / sqrt(TRIALS / 4.0);
-            assert_true(fabs(deviate) < 6);
+            assert_near(deviate, 0, 6);
             chi += deviate * deviate;
         }
     }
-    assert_true(fabs(chi / 4096 - 1) < 4 * sqrt(2.0 / 4096));
+    assert_near(chi / 4096, 1, 4 * sqrt(2.0 / 4096));
 }
 
 int main(void)

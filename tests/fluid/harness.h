@@ -14,6 +14,7 @@
 
 #include "base/hash.h"
 #include "fluid/core/fluid.h"
+#include "support/near.h"
 
 typedef struct tank {
     const ll_fluid_scene *scene;
@@ -110,10 +111,4 @@ static inline double tank_result(const char *scene, const char *settings, int st
     double value = tank_number(&t, name);
     tank_close(&t);
     return value;
-}
-
-static inline void between(const char *what, double value, double least, double most)
-{
-    if (!(value >= least && value <= most))
-        fail_msg("%s is %.6g, not from %.6g to %.6g", what, value, least, most);
 }

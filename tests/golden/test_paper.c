@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static const ll_event *find(const tape *t, int type, int player, uint32_t number)
@@ -18,11 +19,7 @@ static const ll_event *find(const tape *t, int type, int player, uint32_t number
     return NULL;
 }
 
-static void near_ms(ll_time t, double ms)
-{
-    if (fabs(ll_to_ms(t) - ms) > 0.5)
-        fail_msg("%.3f ms instead of %.0f ms", ll_to_ms(t), ms);
-}
+#define NEAR_MS(t, ms) assert_near(ll_to_ms(t), ms, 0.5)
 
 /* Figure 8: in lockstep at 3 updates per second the client's dots are the server's, 250 ms later, at the same
  * positions. */
@@ -40,9 +37,9 @@ static void figure_8_client_dots_are_the_servers_later(void **state)
         if (e->type != LL_EVENT_APPLIED || e->player != 0)
             continue;
         assert_int_equal(e->outcome, LL_OUTCOME_APPLIED);
-        near_ms(e->begin - find(&t, LL_EVENT_STEP, 0, e->number)->begin, 250);
+        NEAR_MS(e->begin - find(&t, LL_EVENT_STEP, 0, e->number)->begin, 250);
         if (last >= 0)
-            near_ms(e->begin - ll_ms(last), 1000.0 / 3);
+            NEAR_MS(e->begin - ll_ms(last), 1000.0 / 3);
         last = ll_to_ms(e->begin);
         dots++;
     }
@@ -71,20 +68,20 @@ static void figure_9_arrivals_are_spread_evenly_over_10_to_500_ms(void **state)
         if (e->type != LL_EVENT_INPUT || e->player != 0)
             continue;
         double delay = ll_to_ms(e->end - e->begin);
-        least = fmin(least, delay);
-        most = fmax(most, delay);
+        least = smaller(least, delay);
+        most = larger(most, delay);
         sum += delay;
         squares += delay * delay;
-        bins[(int)fmin(9, (delay - 10) / 49)]++;
+        bins[(int)smaller(9, (delay - 10) / 49)]++;
         n++;
     }
     assert_true(n > 30000);
     assert_true(least >= 10 && least < 10.5 && most <= 500 && most > 499.5);
     double mean = sum / n, sd = sqrt(squares / n - mean * mean), theory = 490 / sqrt(12);
-    assert_true(fabs(mean - 255) < 4 * theory / sqrt(n));
-    assert_true(fabs(sd - theory) < 4 * theory / sqrt(2.0 * n));
+    assert_near(mean, 255, 4 * theory / sqrt(n));
+    assert_near(sd, theory, 4 * theory / sqrt(2.0 * n));
     for (int k = 0; k < 10; k++)
-        assert_true(fabs(bins[k] - n / 10.0) < 4 * sqrt(n * 0.09));
+        assert_near(bins[k], n / 10.0, 4 * sqrt(n * 0.09));
     scene_close(&s);
     tape_free(&t);
 }
@@ -99,11 +96,11 @@ static void figure_10_events_of_one_round(void **state)
     scene_run(&s, 1, &r);
     const ll_event *a = find(&t, LL_EVENT_INPUT, 0, 1), *b = find(&t, LL_EVENT_INPUT, 1, 1);
     assert_true(a->begin == 0 && b->begin == 0);
-    near_ms(find(&t, LL_EVENT_INPUT_RESULT, 0, 1)->begin, 150);
-    near_ms(find(&t, LL_EVENT_INPUT_RESULT, 1, 1)->begin, 250);
-    near_ms(find(&t, LL_EVENT_STEP, 0, 1)->begin, 283);
-    near_ms(find(&t, LL_EVENT_APPLIED, 0, 1)->begin, 433);
-    near_ms(find(&t, LL_EVENT_APPLIED, 1, 1)->begin, 533);
+    NEAR_MS(find(&t, LL_EVENT_INPUT_RESULT, 0, 1)->begin, 150);
+    NEAR_MS(find(&t, LL_EVENT_INPUT_RESULT, 1, 1)->begin, 250);
+    NEAR_MS(find(&t, LL_EVENT_STEP, 0, 1)->begin, 283);
+    NEAR_MS(find(&t, LL_EVENT_APPLIED, 0, 1)->begin, 433);
+    NEAR_MS(find(&t, LL_EVENT_APPLIED, 1, 1)->begin, 533);
     scene_close(&s);
     tape_free(&t);
 }
@@ -121,8 +118,7 @@ static void figure_11_a_step_takes_533_ms(void **state)
     assert_int_equal(steps, 56); /* the first at 283.3 ms, the last at 29 616.7 */
     for (uint32_t k = 1; k <= steps; k++) {
         ll_time at = find(&t, LL_EVENT_STEP, 0, k)->begin;
-        if (fabs(ll_to_ms(at) - (850 + 1600.0 * (k - 1)) / 3) > 0.001)
-            fail_msg("step %u at %.6f ms", k, ll_to_ms(at));
+        assert_near(ll_to_ms(at), (850 + 1600.0 * (k - 1)) / 3, 0.001);
     }
     int inputs[2] = {0};
     for (size_t i = 0; i < t.count; i++) {
@@ -170,7 +166,7 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
         /* a snapshot is one lag old when it arrives, and a period older when the next one does; displays are
          * 1/60 s apart */
         ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
-        assert_true(fabs(age.mean - ((i == 0 ? 150 : 250) + 1600.0 / 3 / 2)) < 1000.0 / 60);
+        assert_near(age.mean, ((i == 0 ? 150 : 250) + 1600.0 / 3 / 2), 1000.0 / 60);
         assert_true(age.max < (i == 0 ? 150 : 250) + 1600.0 / 3 + 0.01);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]).max == 0);
     }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "support/link.h"
+#include "support/near.h"
 
 typedef struct packet {
     int64_t number;
@@ -110,10 +111,4 @@ static inline estimate estimate_of(const double *x, int64_t count)
     }
     double mean = sum / BATCHES;
     return (estimate){mean, sqrt((squares / BATCHES - mean * mean) / (BATCHES - 1))};
-}
-
-static inline void assert_within(double got, double want, double error)
-{
-    if (fabs(got - want) > error)
-        fail_msg("got %.9g, not %.9g +- %.3g", got, want, error);
 }

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "rigid/scenes/scene.h"
+#include "support/near.h"
 
 typedef struct lab {
     const ll_scene *scene;
@@ -27,24 +28,6 @@ static inline void ok(ll_status status)
 {
     if (ll_failed(&status))
         fail_msg("%s", status.text);
-}
-
-static inline void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g instead of %.17g", value, expected);
-}
-
-static inline void at_most(const char *what, double value, double most)
-{
-    if (!(value <= most))
-        fail_msg("%s is %.6g instead of at most %.6g", what, value, most);
-}
-
-static inline void at_least(const char *what, double value, double least)
-{
-    if (!(value >= least))
-        fail_msg("%s is %.6g instead of at least %.6g", what, value, least);
 }
 
 static inline ll_rigid_params standard_params(void)

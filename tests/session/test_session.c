@@ -4,6 +4,7 @@
 #include "session/harness.h"
 
 #include "session/frame.h"
+#include "support/near.h"
 
 static ll_session *open_session(lines *log)
 {
@@ -492,7 +493,7 @@ static double latest_event(ll_session *s)
     cJSON_ArrayForEach(e, cJSON_GetObjectItem(o, "events"))
     {
         double begin = cJSON_GetObjectItem(e, "begin_s")->valuedouble;
-        latest = begin > latest ? begin : latest;
+        latest = larger(latest, begin);
     }
     cJSON_Delete(o);
     free(json.bytes);

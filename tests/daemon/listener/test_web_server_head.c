@@ -16,6 +16,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "support/near.h"
 #include "support/server_fixture.h"
 
 #define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
@@ -151,7 +152,7 @@ static void test_lorises(void **state)
         int64_t begin = test_now();
         assert_int_equal(net_ask(f.port, GET("/healthz"), answer, sizeof answer), 200);
         double took = (double)(test_now() - begin) * 1e-9;
-        slowest = took > slowest ? took : slowest;
+        slowest = larger(slowest, took);
     }
     assert_true(slowest < 0.5); /* under sanitizers on a busy machine; 1 to 10 ms otherwise */
     int refused = 0;

@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "daemon/support/tasks.h"
+#include "support/near.h"
 
 static int64_t now_ms(void)
 {
@@ -261,8 +262,8 @@ static void test_a_queue_that_goes_on_is_not_stalled(void **state)
     }
     for (int64_t until = now_ms() + 700; now_ms() < until; usleep(5000)) {
         ll_tasks_stats stats = ll_tasks_get_stats(tasks);
-        longest = stats.longest_s > longest ? stats.longest_s : longest;
-        stalled = stats.stalled_s > stalled ? stats.stalled_s : stalled;
+        longest = larger(longest, stats.longest_s);
+        stalled = larger(stalled, stats.stalled_s);
     }
     assert_true(longest > 2 * stalled && longest > 0.1);
     ll_tasks_free(tasks);

@@ -14,6 +14,7 @@
 
 #include "experiment/advise/advise.h"
 #include "experiment/format/table.h"
+#include "support/near.h"
 #include "support/stride.h"
 
 static void must(ll_status status)
@@ -208,8 +209,8 @@ static void advice_equals_brute_force(void **state)
                       cost ? cost->valuedouble : NAN, least, runs, (long long)e->runs);
         double most = (double)(e->points + 40), fifth = (double)e->runs / 5,
                regret = cases[i].regret > 0 ? cases[i].regret : 0.02;
-        if (!cost || cost->valuedouble > (1 + regret) * least ||
-            runs > (e->head.repeats > 1 ? fmax(most, 2 * fifth + 1024) : most))
+        if (!cost || !(cost->valuedouble <= (1 + regret) * least) ||
+            !(runs <= (e->head.repeats > 1 ? larger(most, 2 * fifth + 1024) : most)))
             fail_msg("%s", cases[i].name);
         assert_true(cJSON_GetObjectItem(advice, "error")->valuedouble <= cases[i].max_error);
         assert_int_equal(cJSON_GetObjectItem(advice, "runs")->valueint, e->head.repeats);

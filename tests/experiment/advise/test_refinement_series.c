@@ -14,6 +14,7 @@
 #include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
+#include "support/near.h"
 
 static int64_t ticks;
 
@@ -188,7 +189,7 @@ static void levels_of_netgames_are_means_over_seeds(void **state)
             sum += values[k] = error_of("contact", k, i ? "30" : "10");
         const ll_refinement_level *r = &n.refinement_levels[i];
         assert_int_equal(r->seeds, SEEDS);
-        assert_true(fabs(r->error - sum / SEEDS) < 1e-12 * sum);
+        assert_near(r->error, sum / SEEDS, 1e-12 * sum);
         ll_resampler resampler = {0};
         ll_interval_request order = {.values = values, .n = SEEDS, .scale = LL_SCALE_AMOUNT, .error = 0.05};
         ll_interval interval = ll_interval_of(&order, &resampler);

@@ -13,6 +13,7 @@
 #include "experiment/spec/metric_path.h"
 #include "library/library.h"
 #include "session/session.h"
+#include "support/near.h"
 
 static int64_t ticks;
 
@@ -112,7 +113,8 @@ static void choices_hold_where_the_check_agrees(void **state)
         assert_string_equal(c->tied, i % 3 == 2 ? "" : "twin");
         assert_true(rows[c->row].values.error.high <= c->level);
     }
-    assert_true(t.choices[0].level == 2 && fabs(t.choices[1].level - 0.35) < 1e-12);
+    assert_true(t.choices[0].level == 2);
+    assert_near(t.choices[1].level, 0.35, 1e-12);
     free(t.choices);
 }
 
@@ -191,8 +193,8 @@ static void the_check_has_other_seeds_than_the_measurement(void **state)
     const ll_tradeoff_row *row = &t.rows[4];
     assert_string_equal(row->method, "rewind");
     assert_string_equal(row->sets, "duration_s=6 server.hitscan=rewind server.max_rewind_ms=50");
-    assert_true(fabs(row->values.error.value - mean_error("rewind", 1, SEEDS)) < 1e-9);
-    assert_true(fabs(row->again.error.value - mean_error("rewind", 1 + SEEDS, CHECK)) < 1e-9);
+    assert_near(row->values.error.value, mean_error("rewind", 1, SEEDS), 1e-9);
+    assert_near(row->again.error.value, mean_error("rewind", 1 + SEEDS, CHECK), 1e-9);
     assert_true(row->values.error.value != row->again.error.value);
     ll_tradeoff_free(&t);
 }

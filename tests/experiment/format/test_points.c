@@ -15,6 +15,7 @@
 #include "experiment/format/compare.h"
 #include "experiment/spec/metric_path.h"
 #include "library/library.h"
+#include "support/near.h"
 
 /* Cost and error of four points with two runs each: the first is best but failed once, the second has large
  * errors of either sign, the third and the last are on the front. */
@@ -44,9 +45,9 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
         assert_int_equal(points.points[i].front, front[i]);
     assert_true(points.points[0].runs == 1 && points.points[0].failed == 1);
     assert_true(points.points[0].metrics[0].mean == 0.001 && isnan(points.points[0].size[0]));
-    assert_true(fabs(points.points[1].metrics[0].mean) < 1e-15 &&
-                fabs(points.points[1].size[0] - 0.9) < 1e-15);
-    assert_true(fabs(points.points[2].size[0] - 0.15) < 1e-15);
+    assert_near(points.points[1].metrics[0].mean, 0, 1e-15);
+    assert_near(points.points[1].size[0], 0.9, 1e-15);
+    assert_near(points.points[2].size[0], 0.15, 1e-15);
     ll_points_free(&points);
     ll_experiment_free(e);
 }
@@ -150,16 +151,16 @@ static void points_are_compared_by_seed(void **state)
     assert_true(cell_of(t, cells, LEAD ".diff") == 0 && isnan(cell_of(t, cells, LEAD ".diff_low")));
     assert_true(t->next(t->context, cells, &status));
     /* 0.5 + (0.1 - 0.1 + 0.05 - 0.08 + 0.03 + 0 + 0.02 + 0.04 - 0.06 + 0.02 + 0) / 11 */
-    assert_true(fabs(cell_of(t, cells, LEAD ".diff") - (0.5 + 0.02 / 11)) < 1e-12);
+    assert_near(cell_of(t, cells, LEAD ".diff"), (0.5 + 0.02 / 11), 1e-12);
     assert_true(cell_of(t, cells, LEAD ".diff_pairs") == 11);
     double low = cell_of(t, cells, LEAD ".diff_low"), high = cell_of(t, cells, LEAD ".diff_high");
     assert_true(low > 0.35 && low < 0.5 && high > 0.5 && high < 0.65);
     assert_string_equal(text_of(t, cells, LEAD ".diff_method"), "bootstrap-t");
     /* unpaired it would be unknown: the seeds have a standard deviation of 5 */
     assert_true(cell_of(t, cells, LEAD ".ci95_high") - cell_of(t, cells, LEAD ".ci95_low") > 5);
-    assert_true(fabs(cell_of(t, cells, LEAD ".sd") - 5) < 1);
+    assert_near(cell_of(t, cells, LEAD ".sd"), 5, 1);
     assert_true(cell_of(t, cells, HITCHES ".ci95_low") == 0);
-    assert_true(fabs(cell_of(t, cells, HITCHES ".ci95_high") - 3.6888794541139354 / 11) < 1e-9);
+    assert_near(cell_of(t, cells, HITCHES ".ci95_high"), 3.6888794541139354 / 11, 1e-9);
     assert_string_equal(text_of(t, cells, HITCHES ".ci95_method"), "poisson");
     assert_false(t->next(t->context, cells, &status));
     ll_result_table_free(table);
@@ -219,7 +220,7 @@ static void check_signs(const ll_sim_kind *kind, const char *id, const char *pat
 {
     if (cJSON_IsNumber(item) || cJSON_IsRaw(item)) {
         double value = cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : item->valuedouble;
-        if (value < 0 && item->string && !ll_metric_is_signed(kind, path))
+        if (!(value >= 0) && item->string && !ll_metric_is_signed(kind, path))
             fail_msg("%s: %s is %g", id, path, value);
     }
     const cJSON *child;

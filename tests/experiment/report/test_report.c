@@ -15,6 +15,7 @@
 #include "experiment/fixture.h"
 #include "experiment/report/differences.h"
 #include "experiment/report/report.h"
+#include "support/near.h"
 
 /* Rows with metrics that no compression makes shorter. */
 typedef struct noise {
@@ -137,13 +138,13 @@ static void differences_pair_seeds(void **state)
                 mean += (noise_at(e, (2 * OMEGAS + s) * REPEATS + r, d->metric) -
                          noise_at(e, s * REPEATS + r, d->metric)) /
                         REPEATS;
-            assert_true(fabs(d->details[s].mean - mean) < 1e-9 * (1 + fabs(mean)));
+            assert_near(d->details[s].mean, mean, 1e-9 * (1 + fabs(mean)));
             assert_int_equal(d->details[s].n, REPEATS);
             assert_true(d->details[s].of_mean.low < mean && mean < d->details[s].of_mean.high);
             all += mean / OMEGAS;
         }
         assert_int_equal(d->all.n, REPEATS);
-        assert_true(fabs(d->all.mean - all) < 1e-9 * (1 + fabs(all)));
+        assert_near(d->all.mean, all, 1e-9 * (1 + fabs(all)));
     }
     ll_differences_free(&differences);
     ll_report_rows_close(&rows);

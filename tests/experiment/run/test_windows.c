@@ -12,6 +12,7 @@
 
 #include "experiment/fixture.h"
 #include "experiment/spec/metric_path.h"
+#include "support/near.h"
 
 enum { TEXT = 4000 };
 
@@ -37,11 +38,7 @@ static ll_row row_of(const char *windows, const char *metrics, const char *more)
     "\"from_s\":2.5}"
 #define IN(metric) "\"" metric "\",\"" metric "@a\",\"" metric "@b\",\"" metric "@c\""
 
-static void near(double value, double wanted)
-{
-    if (!(fabs(value - wanted) <= 1e-12 * fmax(1, fabs(wanted))))
-        fail_msg("%.17g, not %.17g", value, wanted);
-}
+#define NEAR(value, wanted) assert_near(value, wanted, 1e-12 * larger(1, fabs((double)(wanted))))
 
 #define ERROR "players.0.remote_error_m"
 #define BYTES "players.0.bandwidth.down_bytes_per_s"
@@ -65,12 +62,12 @@ static void windows_that_cover_a_run_add_up(void **state)
         assert_true(mean[i] > 0 && rms[i] >= mean[i] && count[i] > 0 && rate[i] > 0);
     }
     assert_true(values == count[0]);
-    near(sum / values, mean[0]);
-    near(sqrt(squares / values), rms[0]);
-    near(bytes / measured_s[0], rate[0]);
-    near(s[0], 1.25);
-    near(s[1], 1.25);
-    near(s[2], 1.5);
+    NEAR(sum / values, mean[0]);
+    NEAR(sqrt(squares / values), rms[0]);
+    NEAR(bytes / measured_s[0], rate[0]);
+    NEAR(s[0], 1.25);
+    NEAR(s[1], 1.25);
+    NEAR(s[2], 1.5);
 }
 
 /* Infinite latencies, of inputs that are lost, count, but are in no mean: without loss the means add up, with
@@ -94,7 +91,7 @@ static void latencies_add_up(void **state)
         assert_true(count[1] + count[2] + count[3] == count[0] && count[0] > 20 && mean[0] > 0);
         assert_true((mean[8] > 0) == (loss_pct > 0));
         if (loss_pct == 0)
-            near((mean[1] * count[1] + mean[2] * count[2] + mean[3] * count[3]) / count[0], mean[0]);
+            NEAR((mean[1] * count[1] + mean[2] * count[2] + mean[3] * count[3]) / count[0], mean[0]);
         ll_experiment_free(e);
     }
 }
@@ -121,8 +118,8 @@ static void borders_count_each_tick_once(void **state)
         "");
     static const double wanted[] = {60, 89, 74.5, 74, 88, 90, 149, 119.5, 30, 60, 240, 240, 239, 119.5};
     for (int i = 0; i < (int)(sizeof wanted / sizeof *wanted); i++)
-        near(row.metrics[i], wanted[i]);
-    near(row.metrics[14], sqrt(74.5 * 74.5 + (30 * 30 - 1) / 12.0)); /* of 30 successive numbers */
+        NEAR(row.metrics[i], wanted[i]);
+    NEAR(row.metrics[14], sqrt(74.5 * 74.5 + (30 * 30 - 1) / 12.0)); /* of 30 successive numbers */
 }
 
 static void an_empty_window_is_null(void **state)
@@ -137,8 +134,8 @@ static void an_empty_window_is_null(void **state)
                "");
     for (int i = 0; i < 7; i++) /* the early one ends before warmup_s */
         assert_true(isnan(row.metrics[i]));
-    near(row.metrics[7], 0);
-    near(row.metrics[8], 0.4);
+    NEAR(row.metrics[7], 0);
+    NEAR(row.metrics[8], 0.4);
 }
 
 static void conditions_choose_ticks(void **state)
@@ -164,9 +161,9 @@ static void conditions_choose_ticks(void **state)
         if (isnan(wanted[i]))
             assert_true(isnan(row.metrics[i])); /* no lag is above 150 ms */
         else if (i == 8)
-            assert_true(fabs(row.metrics[i] - wanted[i]) < 2e-9); /* of whole ns */
+            assert_near(row.metrics[i], wanted[i], 2e-9); /* of whole ns */
         else
-            near(row.metrics[i], wanted[i]);
+            NEAR(row.metrics[i], wanted[i]);
 }
 
 static void parameters_are_those_of_the_tick(void **state)
@@ -180,8 +177,8 @@ static void parameters_are_those_of_the_tick(void **state)
         "\"server_step.max@slow\"]}");
     ll_row row;
     must(ll_experiment_run(e, 0, NULL, NULL, &row));
-    near(row.metrics[0], 60);
-    near(row.metrics[1], 119);
+    NEAR(row.metrics[0], 60);
+    NEAR(row.metrics[1], 119);
     ll_experiment_free(e);
 }
 
@@ -208,10 +205,10 @@ static void a_stopped_run_closes_its_windows(void **state)
     ll_row row;
     must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_int_equal(row.status, LL_ROW_STOPPED);
-    near(row.metrics[0], 120 - 42);
-    near(row.metrics[1], 1.3);
-    near(row.metrics[2], 119);
-    near(row.metrics[3], 120);
+    NEAR(row.metrics[0], 120 - 42);
+    NEAR(row.metrics[1], 1.3);
+    NEAR(row.metrics[2], 119);
+    NEAR(row.metrics[3], 120);
     ll_experiment_free(e);
 }
 
@@ -227,8 +224,8 @@ static void other_kinds_have_windows(void **state)
     ll_row row;
     must(ll_experiment_run(e, 0, NULL, NULL, &row));
     assert_int_equal(row.status, LL_ROW_OK);
-    near(row.metrics[1] + row.metrics[2], row.metrics[0]);
-    near(row.metrics[0], 200);
+    NEAR(row.metrics[1] + row.metrics[2], row.metrics[0]);
+    NEAR(row.metrics[0], 200);
     assert_true(row.metrics[3] > 0 && row.metrics[4] > row.metrics[3]);
     ll_experiment_free(e);
 }

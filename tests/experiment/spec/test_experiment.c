@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "experiment/fixture.h"
+#include "support/near.h"
 
 static void the_last_axis_is_the_fastest(void **state)
 {
@@ -53,7 +54,7 @@ static void ranges_hit_both_ends(void **state)
                    "\"count\":5,\"scale\":\"log\"}]," METRICS "}");
     static const double wanted[] = {1, 3.1622776601683795, 10, 31.622776601683793, 100};
     for (int p = 0; p < 5; p++)
-        assert_true(fabs(value(e, p, "server.update_hz") / wanted[p] - 1) < 1e-15);
+        assert_near(value(e, p, "server.update_hz") / wanted[p], 1, 1e-15);
     assert_true(value(e, 4, "server.update_hz") == 100);
     ll_experiment_free(e);
 }
@@ -122,7 +123,7 @@ static void whole_numbers_are_drawn_evenly(void **state)
             assert_int_equal(counts[i], 128);
         count_values(sample, "\"from\":1,\"to\":8,\"scale\":\"log\"", path, 1, counts, 8);
         for (int i = 0; i < 8; i++)
-            assert_true(fabs(counts[i] - 1024 * log((i + 1.5) / (i + 0.5)) / log(17)) < 2);
+            assert_near(counts[i], 1024 * log((i + 1.5) / (i + 0.5)) / log(17), 2);
     }
 }
 
@@ -159,7 +160,7 @@ static void saltelli_mixes_two_samples(void **state)
         for (int k = 0; k < 4; k++) {
             x[k] = value(e, 4 * j + k, "players.0.lag_ms");
             y[k] = value(e, 4 * j + k, "players.1.lag_ms");
-            assert_true(fabs(value(e, 4 * j + k, "server.update_hz") - (10 + y[k] / 2)) < 1e-9);
+            assert_near(value(e, 4 * j + k, "server.update_hz"), (10 + y[k] / 2), 1e-9);
         }
         assert_true(x[2] == x[1] && y[2] == y[0] && x[3] == x[0] && y[3] == y[1] && x[0] != x[1]);
     }

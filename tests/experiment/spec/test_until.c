@@ -13,6 +13,7 @@
 #include "base/rng.h"
 #include "experiment/spec/until.h"
 #include "experiment/statistics/summary.h"
+#include "support/near.h"
 
 enum { EXPERIMENTS = 2000, MOST = 640 };
 
@@ -84,7 +85,7 @@ static void looks_double(void **state)
     (void)state;
     ll_experiment *e = experiment("\"half_width\":0.1,\"least\":10", 100); /* 10, 20, 40, 80, 100 */
     assert_int_equal(ll_until_checks(e), 5);
-    assert_true(fabs(ll_experiment_interval_request(e, 0, 0, NAN).error - 0.05 / 1.5) < 1e-15);
+    assert_near(ll_experiment_interval_request(e, 0, 0, NAN).error, 0.05 / 1.5, 1e-15);
     ll_experiment_free(e);
     e = experiment("", 100);
     assert_true(ll_until_checks(e) == 1 && !ll_until_is_set(e));

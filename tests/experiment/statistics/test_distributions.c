@@ -8,12 +8,9 @@
 #include <cmocka.h>
 
 #include "experiment/statistics/distributions.h"
+#include "support/near.h"
 
-static void near(double got, double wanted, double relative)
-{
-    if (!(fabs(got - wanted) <= relative * fabs(wanted)))
-        fail_msg("%.17g is wanted, got %.17g", wanted, got);
-}
+#define NEAR(got, wanted, relative) assert_near(got, wanted, (relative)*fabs(wanted))
 
 static void functions_are_scipys(void **state)
 {
@@ -26,8 +23,8 @@ static void functions_are_scipys(void **state)
                                       {3.7, 4, 0.50584675584958161},     {120, 100, 0.97213626010947929},
                                       {1e-4, 0.05, 0.64812693926266873}, {30, 2.25, 0.99999999999395761}};
     for (int i = 0; i < 6; i++) {
-        near(ll_beta_cdf(beta[i][0], beta[i][1], beta[i][2]), beta[i][3], 1e-10);
-        near(ll_gamma_cdf(gamma[i][0], gamma[i][1]), gamma[i][2], 1e-10);
+        NEAR(ll_beta_cdf(beta[i][0], beta[i][1], beta[i][2]), beta[i][3], 1e-10);
+        NEAR(ll_gamma_cdf(gamma[i][0], gamma[i][1]), gamma[i][2], 1e-10);
     }
 }
 
@@ -44,9 +41,9 @@ static void quantiles_are_scipys(void **state)
                                       {0.025, 0.3, 3.1856790317391693e-06},
                                       {0.5, 50, 49.667064617994228}};
     for (int i = 0; i < 8; i++)
-        near(ll_t_quantile(student[i][0], student[i][1]), student[i][2], 1e-9);
+        NEAR(ll_t_quantile(student[i][0], student[i][1]), student[i][2], 1e-9);
     for (int i = 0; i < 5; i++)
-        near(ll_gamma_quantile(gamma[i][0], gamma[i][1]), gamma[i][2], 1e-9);
+        NEAR(ll_gamma_quantile(gamma[i][0], gamma[i][1]), gamma[i][2], 1e-9);
 }
 
 /* Student's t with 3 degrees of freedom (where SciPy's inverse has an error of 2e-9) has a closed form. */
@@ -55,7 +52,7 @@ static void student_of_3_is_known(void **state)
     (void)state;
     for (double tail = 0.4; tail > 1e-4; tail *= 0.7) {
         double t = ll_t_quantile(tail, 3) / sqrt(3);
-        near(0.5 - (t / (1 + t * t) + atan(t)) / 3.14159265358979324, tail, 1e-9);
+        NEAR(0.5 - (t / (1 + t * t) + atan(t)) / 3.14159265358979324, tail, 1e-9);
     }
 }
 
@@ -65,10 +62,10 @@ static void closed_forms_hold(void **state)
     (void)state;
     for (double b = 0.25; b < 300; b *= 1.7)
         for (double p = 0.001; p < 1; p += 0.0499) {
-            near(ll_beta_quantile(p, 1, b), -expm1(log1p(-p) / b), 1e-9);
-            near(ll_beta_cdf(ll_beta_quantile(p, b, 3), b, 3), p, 1e-9);
-            near(ll_gamma_cdf(ll_gamma_quantile(p, b), b), p, 1e-9);
-            near(ll_gamma_quantile(p, 1), -log1p(-p), 1e-9);
+            NEAR(ll_beta_quantile(p, 1, b), -expm1(log1p(-p) / b), 1e-9);
+            NEAR(ll_beta_cdf(ll_beta_quantile(p, b, 3), b, 3), p, 1e-9);
+            NEAR(ll_gamma_cdf(ll_gamma_quantile(p, b), b), p, 1e-9);
+            NEAR(ll_gamma_quantile(p, 1), -log1p(-p), 1e-9);
         }
     assert_true(ll_t_quantile(0.5, 3) == 0);
 }

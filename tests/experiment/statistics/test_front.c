@@ -9,6 +9,7 @@
 
 #include "base/rng.h"
 #include "experiment/statistics/front.h"
+#include "support/near.h"
 
 /* By the definition, which takes the square of the number of points. */
 static bool on_front(const ll_front_point *points, int count, int i)
@@ -54,12 +55,13 @@ static void levels_are_equal_steps_of_the_logarithm(void **state)
     double levels[LL_FRONT_LEVELS];
     const double bounds[] = {1e-8, 0, NAN, 1e-3, INFINITY, 1};
     assert_int_equal(ll_front_levels(bounds, 6, levels), 3);
-    assert_true(fabs(levels[0] / 0.01 - 1) < 1e-9 && fabs(levels[1] / 1e-4 - 1) < 1e-9 &&
-                fabs(levels[2] / 1e-6 - 1) < 1e-9);
+    assert_near(levels[0] / 0.01, 1, 1e-9);
+    assert_near(levels[1] / 1e-4, 1, 1e-9);
+    assert_near(levels[2] / 1e-6, 1, 1e-9);
     const double close[] = {0.0301, 0.0302};
     assert_int_equal(ll_front_levels(close, 2, levels), 1);
-    assert_true(fabs(levels[0] - 0.031) < 1e-12); /* rounded up: within it is what the level came from */
-    const double two[] = {3, 48};                 /* 48 / 2, / 4, / 8 */
+    assert_near(levels[0], 0.031, 1e-12); /* rounded up: within it is what the level came from */
+    const double two[] = {3, 48};         /* 48 / 2, / 4, / 8 */
     assert_int_equal(ll_front_levels(two, 2, levels), 3);
     assert_true(levels[0] == 24 && levels[1] == 12 && levels[2] == 6);
     assert_int_equal(ll_front_levels(bounds + 1, 2, levels), 0);

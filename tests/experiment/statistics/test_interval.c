@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include "experiment/statistics/coverage.h"
+#include "support/near.h"
 
 /* ---- long tails ---- */
 
@@ -31,7 +32,8 @@ static void long_tails_have_bounds_farther_up(void **state)
     assert_true(apart.low == even.low && apart.high > even.high);
     request.values = y;
     ll_interval other = ll_interval_of(&request, &resampler);
-    assert_true(fabs(other.low + apart.high) < 0.1 && fabs(other.high + apart.low) < 0.1);
+    assert_near(other.low, -apart.high, 0.1);
+    assert_near(other.high, -apart.low, 0.1);
     assert_true(other.low < -even.high);
     request = (ll_interval_request){.values = x, .n = 40, .error = 0.05, .scale = LL_SCALE_TAILED};
     ll_interval tailed = ll_interval_of(&request, &resampler);
@@ -81,11 +83,7 @@ static ll_interval of(const double *x, int n, ll_metric_scale scale, double unit
     return i;
 }
 
-static void near(double got, double wanted)
-{
-    if (!(fabs(got - wanted) <= 1e-9 * fabs(wanted)))
-        fail_msg("%.12g is wanted, got %.12g", wanted, got);
-}
+#define NEAR(got, wanted) assert_near(got, wanted, 1e-9 * fabs(wanted))
 
 /* Clopper and Pearson's by SciPy 1.10 (binomtest, exact); Garwood's by its gamma.ppf. */
 static void exact_bounds_are_the_published_ones(void **state)
@@ -101,19 +99,20 @@ static void exact_bounds_are_the_published_ones(void **state)
                   {37, 400, 0.0659659425907, 0.125243313097}};
     for (size_t i = 0; i < sizeof shares / sizeof shares[0]; i++) {
         ll_interval share = ll_interval_share(shares[i].k, shares[i].n, 0.05);
-        assert_true(fabs(share.low - shares[i].low) < 1e-11 && fabs(share.high - shares[i].high) < 1e-11);
+        assert_near(share.low, shares[i].low, 1e-11);
+        assert_near(share.high, shares[i].high, 1e-11);
     }
     double none[7] = {0};
     ll_interval i = of(none, 7, LL_SCALE_COUNT, 0);
     assert_int_equal(i.method, LL_INTERVAL_POISSON);
     assert_true(i.low == 0);
-    near(i.high, 3.6888794541139354 / 7);
-    near(of(none, 7, LL_SCALE_COUNT, 0.25).high, 0.25 * 3.6888794541139354 / 7); /* a rate over 4 s */
+    NEAR(i.high, 3.6888794541139354 / 7);
+    NEAR(of(none, 7, LL_SCALE_COUNT, 0.25).high, 0.25 * 3.6888794541139354 / 7); /* a rate over 4 s */
     double one[8] = {0, 0, 0, 1, 0, 0, 0, 0}; /* as an event of weight 1: Garwood's */
     i = of(one, 8, LL_SCALE_COUNT, 0);
     assert_int_equal(i.method, LL_INTERVAL_RARE);
-    near(i.low, 0.025317807984289876 / 8);
-    near(i.high, 5.5716433909388 / 8);
+    NEAR(i.low, 0.025317807984289876 / 8);
+    NEAR(i.high, 5.5716433909388 / 8);
 }
 
 static void missing_intervals_have_a_reason(void **state)
@@ -149,7 +148,8 @@ static void intervals_follow_their_values(void **state)
         ll_interval a = of(x, n, LL_SCALE_AMOUNT, 0), b = of(y, n, LL_SCALE_AMOUNT, 0);
         assert_int_equal(a.method, b.method);
         double low = from + by * (by > 0 ? a.low : a.high), high = from + by * (by > 0 ? a.high : a.low);
-        assert_true(fabs(b.low - low) < 1e-9 * fabs(by) && fabs(b.high - high) < 1e-9 * fabs(by));
+        assert_near(b.low, low, 1e-9 * fabs(by));
+        assert_near(b.high, high, 1e-9 * fabs(by));
     }
 }
 
@@ -191,8 +191,8 @@ static void t_is_available_on_request(void **state)
     ll_interval i =
         ll_interval_of(&(ll_interval_request){.values = x, .n = 3, .error = 0.05, .use_t = true}, &resampler);
     assert_int_equal(i.method, LL_INTERVAL_T);
-    near(i.high - 3, 4.3026527299112765 * sqrt(7. / 3));
-    near(3 - i.low, i.high - 3);
+    NEAR(i.high - 3, 4.3026527299112765 * sqrt(7. / 3));
+    NEAR(3 - i.low, i.high - 3);
 }
 
 static void quantiles_are_numpys(void **state)
@@ -200,8 +200,8 @@ static void quantiles_are_numpys(void **state)
     (void)state;
     static const double x[5] = {1, 2, 4, 8, 16};
     assert_true(ll_sample_quantile(x, 5, 0.25) == 2 && ll_sample_quantile(x, 5, 0.5) == 4);
-    near(ll_sample_quantile(x, 5, 0.9), 12.8);
-    near(ll_sample_quantile(x, 4, 0.25), 1.75);
+    NEAR(ll_sample_quantile(x, 5, 0.9), 12.8);
+    NEAR(ll_sample_quantile(x, 4, 0.25), 1.75);
     assert_true(ll_sample_quantile(x, 1, 0.75) == 1 && ll_sample_quantile(x, 5, 1) == 16);
 }
 

@@ -15,6 +15,7 @@
 #include "experiment/format/table.h"
 #include "experiment/spec/shard.h"
 #include "experiment/store/result_store.h"
+#include "support/near.h"
 
 static void must(ll_status status)
 {
@@ -494,7 +495,7 @@ static void intervals_are_students(void **state)
         {1, 12.706204736}, {10, 2.228138852}, {11, 2.200985160}, {30, 2.042272456}, {100, 1.983971519}};
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         double n = (double)known[i].df + 1;
-        assert_true(fabs(ll_interval_95(known[i].df + 1, (n - 1) * n) / known[i].t - 1) < 1e-5);
+        assert_near(ll_interval_95(known[i].df + 1, (n - 1) * n) / known[i].t, 1, 1e-5);
     }
 }
 

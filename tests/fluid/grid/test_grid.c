@@ -42,7 +42,7 @@ static void the_projection_leaves_what_is_asked(void **state)
         tank t = tank_open("cavity", settings);
         for (int step = 0; step < 30; step++) {
             tank_run(&t, 1, 1.0 / 60);
-            between(known[i].settings, tank_number(&t, "divergence_max"), 0, known[i].most);
+            assert_between(known[i].settings, tank_number(&t, "divergence_max"), 0, known[i].most);
         }
         tank_close(&t);
     }
@@ -62,7 +62,7 @@ static void obstacles_let_nothing_through(void **state)
             t.block, &(ll_drag_force){.x = 0.6, .y = 1, .velocity_x = -2, .velocity_y = 1, .radius = 0.3});
         for (int step = 0; step < 5; step++) {
             tank_run(&t, 1, 1. / 60);
-            between(advections[i], tank_number(&t, "divergence_max"), 0, 1e-9);
+            assert_between(advections[i], tank_number(&t, "divergence_max"), 0, 1e-9);
         }
         tank_close(&t);
     }
@@ -74,8 +74,8 @@ static void few_sweeps_leave_divergence(void **state)
     (void)state;
     tank t = tank_open("cylinder", "params.n=64 solver.pressure=jacobi solver.tolerance=0 solver.sweeps=20");
     tank_run(&t, 10, 1.0 / 60);
-    between("sweeps", tank_number(&t, "sweeps"), 20, 20);
-    between("left", tank_number(&t, "divergence_max"), 1e-3, 100);
+    assert_between("sweeps", tank_number(&t, "sweeps"), 20, 20);
+    assert_between("left", tank_number(&t, "divergence_max"), 1e-3, 100);
     tank_close(&t);
 }
 
@@ -136,9 +136,9 @@ static void a_closed_box_keeps_its_dye(void **state)
                 }
                 const char *name = ll_advection_names[advection];
                 double change = fabs(number_of(g, "mass_change"));
-                between(name, change, keep ? 0 : 1e-4, keep ? 1e-12 : 1);
-                between(name, number_of(g, "dye_min"), 0, 0.1);
-                between(name, number_of(g, "dye_max"), 0.5, 1);
+                assert_between(name, change, keep ? 0 : 1e-4, keep ? 1e-12 : 1);
+                assert_between(name, number_of(g, "dye_min"), 0, 0.1);
+                assert_between(name, number_of(g, "dye_max"), 0.5, 1);
                 free(g);
             }
 }
@@ -154,7 +154,7 @@ static void obstacles_take_no_dye(void **state)
             if (!ll_grid_fluid(t.block)[k])
                 assert_true(ll_grid_dye(t.block)[k] == 0);
         }
-    between("dye", tank_number(&t, "mass"), 0.05, 1);
+    assert_between("dye", tank_number(&t, "mass"), 0.05, 1);
     tank_close(&t);
 }
 
@@ -164,8 +164,8 @@ static void momentum_is_kept_without_walls(void **state)
     tank t = tank_open("taylor_green", "params.n=32");
     double x = tank_number(&t, "momentum_x"), y = tank_number(&t, "momentum_y");
     tank_run(&t, 60, 1.0 / 60);
-    between("along x", tank_number(&t, "momentum_x") / x - 1, -1e-13, 1e-13);
-    between("along y", tank_number(&t, "momentum_y") / y - 1, -1e-13, 1e-13);
+    assert_between("along x", tank_number(&t, "momentum_x") / x - 1, -1e-13, 1e-13);
+    assert_between("along y", tank_number(&t, "momentum_y") / y - 1, -1e-13, 1e-13);
     tank_close(&t);
 }
 
@@ -178,8 +178,8 @@ static void as_much_flows_out_as_in(void **state)
     double flow = 0;
     for (int32_t j = 0; j < 32; j++)
         flow += ll_grid_u(g)[ll_grid_at(32, 32, j)] - ll_grid_u(g)[ll_grid_at(32, 0, j)];
-    between("the difference", flow, -1e-12, 1e-12);
-    between("divergence", tank_number(&t, "divergence_max"), 0, 1e-7);
+    assert_between("the difference", flow, -1e-12, 1e-12);
+    assert_between("divergence", tank_number(&t, "divergence_max"), 0, 1e-7);
     tank_close(&t);
 }
 
@@ -199,7 +199,7 @@ static void nothing_flows_into_obstacles(void **state)
             assert_true(ll_grid_u(g)[k] == 0 && ll_grid_u(g)[k + 1] == 0);
             assert_true(ll_grid_v(g)[k] == 0 && ll_grid_v(g)[k + g->stride] == 0);
         }
-    between("cells of the cylinder", obstacles, 4, 12);
+    assert_between("cells of the cylinder", obstacles, 4, 12);
     tank_close(&t);
 }
 
@@ -235,8 +235,8 @@ static void settings_change_between_steps(void **state)
     assert_int_equal(tank_set(&t, "solver.viscosity_scale=100").code, LL_OK);
     t.scene->method->set_solver(t.block, t.solver);
     tank_run(&t, 30, 1.0 / 60);
-    between("divergence", tank_number(&t, "divergence_max"), 0, 1e-12);
-    between("energy", tank_number(&t, "energy"), 0, 10 * before);
+    assert_between("divergence", tank_number(&t, "divergence_max"), 0, 1e-12);
+    assert_between("energy", tank_number(&t, "energy"), 0, 10 * before);
     tank_close(&t);
 }
 
@@ -265,12 +265,12 @@ static void stirring_draws_along(void **state)
     t.scene->method->drag_force(t.block, &drag_force);
     tank_run(&t, 5, 1.0 / 60);
     const ll_grid *g = t.block;
-    between("speed where it is stirred", ll_grid_u(g)[ll_grid_at(32, 16, 9)], 1, 2.5);
+    assert_between("speed where it is stirred", ll_grid_u(g)[ll_grid_at(32, 16, 9)], 1, 2.5);
     drag_force.radius = 0;
     t.scene->method->drag_force(t.block, &drag_force);
     double before = tank_number(&t, "energy");
     tank_run(&t, 60, 1.0 / 60);
-    between("energy afterwards", tank_number(&t, "energy"), 0, before);
+    assert_between("energy afterwards", tank_number(&t, "energy"), 0, before);
     tank_close(&t);
 }
 
@@ -280,15 +280,15 @@ static void confinement_feeds_vortices(void **state)
     double without = tank_result("cylinder", "params.n=64", 60, 1.0 / 60, "energy");
     double with =
         tank_result("cylinder", "params.n=64 solver.vorticity_confinement=2", 60, 1.0 / 60, "energy");
-    between("energy", with, without * 1.0001, without * 2);
+    assert_between("energy", with, without * 1.0001, without * 2);
 }
 
 static void smoke_rises(void **state)
 {
     (void)state;
-    between("momentum upward",
-            tank_result("cylinder", "params.n=32 params.buoyancy_mps2=2", 30, 1.0 / 60, "momentum_y"), 1e-4,
-            1);
+    assert_between("momentum upward",
+                   tank_result("cylinder", "params.n=32 params.buoyancy_mps2=2", 30, 1.0 / 60, "momentum_y"),
+                   1e-4, 1);
 }
 
 /* ---- what cannot go on ---- */

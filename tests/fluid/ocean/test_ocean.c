@@ -64,7 +64,7 @@ static void frequencies_follow_dispersion(void **state)
                                      {100, 10, 0.5858823799}};
     for (int i = 0; i < 5; i++) {
         double w = ll_ocean_frequency(TURN / rows[i][0], 9.81, rows[i][1]);
-        between("frequency", w / rows[i][2], 1 - 1e-9, 1 + 1e-9);
+        assert_between("frequency", w / rows[i][2], 1 - 1e-9, 1 + 1e-9);
     }
 }
 
@@ -95,7 +95,7 @@ static void crests_run_at_the_speed_of_dispersion(void **state)
         double turned = remainder(phase_of(o, mx, mz) - before, TURN);
         double k = hypot(w.kx, w.kz), speed = turned / (k * t);
         double wanted = sqrt(9.81 / k * (depth ? tanh(k * 10) : 1));
-        between("speed", speed / wanted, 1 - 1e-9, 1 + 1e-9);
+        assert_between("speed", speed / wanted, 1 - 1e-9, 1 + 1e-9);
         free(o);
     }
 }
@@ -117,13 +117,13 @@ static void gerstner_is_the_sum_of_its_waves(void **state)
             dx -= 0.8 * w.kx / w.k * w.amplitude * sin(angle);
             dz -= 0.8 * w.kz / w.k * w.amplitude * sin(angle);
         }
-        between("height", s.height[at] - h, -1e-12, 1e-12);
-        between("dx", s.dx[at] - dx, -1e-12, 1e-12);
-        between("dz", s.dz[at] - dz, -1e-12, 1e-12);
+        assert_between("height", s.height[at] - h, -1e-12, 1e-12);
+        assert_between("dx", s.dx[at] - dx, -1e-12, 1e-12);
+        assert_between("dz", s.dz[at] - dz, -1e-12, 1e-12);
     }
     for (int i = 0; i < 7; i++)
         steep += wave_of(o, i).k * wave_of(o, i).amplitude;
-    between("sum of k A", steep, 0.05, 1); /* no wave crosses itself */
+    assert_between("sum of k A", steep, 0.05, 1); /* no wave crosses itself */
     free(o);
 }
 
@@ -139,7 +139,8 @@ static void trochoids_lie_low(void **state)
         double angle = w.kx * step * (double)i + w.phase;
         sum += s.height[i] * (1 - w.kx * w.kx / w.k * w.amplitude * cos(angle)) / 64;
     }
-    between("mean level", sum / (-w.kx * w.kx / w.k * w.amplitude * w.amplitude / 2), 1 - 1e-9, 1 + 1e-9);
+    assert_between("mean level", sum / (-w.kx * w.kx / w.k * w.amplitude * w.amplitude / 2), 1 - 1e-9,
+                   1 + 1e-9);
     free(o);
 }
 
@@ -160,9 +161,9 @@ static void transforms_equal_the_direct_sum(void **state)
         for (int64_t at = 0; at < s.n * s.n; at += 13) {
             double h, dx, dz;
             ll_ocean_direct(o, t, at % s.n, at / s.n, &h, &dx, &dz);
-            between("height", s.height[at] - h, -most, most);
-            between("dx", s.dx[at] - dx, -most, most);
-            between("dz", s.dz[at] - dz, -most, most);
+            assert_between("height", s.height[at] - h, -most, most);
+            assert_between("dx", s.dx[at] - dx, -most, most);
+            assert_between("dz", s.dz[at] - dz, -most, most);
         }
         free(o);
     }
@@ -182,7 +183,7 @@ static void seas_are_as_high_as_their_wind_makes_them(void **state)
             mean += s.height[at] * s.height[at] / (double)(s.n * s.n) / 4;
         free(o);
     }
-    between("significant height", 4 * sqrt(mean) / (0.2092 * 100 / 9.81), 0.9, 1.1);
+    assert_between("significant height", 4 * sqrt(mean) / (0.2092 * 100 / 9.81), 0.9, 1.1);
 }
 
 static void loops_close_exactly(void **state)
@@ -225,8 +226,8 @@ static void buoys_float_by_their_density(void **state)
     b.pitch = 0.1;
     for (int i = 0; i < 6000; i++)
         ll_buoy_step(&b, calm, 0.005);
-    between("middle above the water", b.y, 0.1 - 1e-9, 0.1 + 1e-9); /* 0.4 m of 1 m is below */
-    between("pitch", b.pitch, -1e-9, 1e-9);
+    assert_between("middle above the water", b.y, 0.1 - 1e-9, 0.1 + 1e-9); /* 0.4 m of 1 m is below */
+    assert_between("pitch", b.pitch, -1e-9, 1e-9);
     free(calm);
 }
 
@@ -247,7 +248,7 @@ static void buoys_follow_long_waves(void **state)
         error += (b.y - water) * (b.y - water);
         height += water * water;
     }
-    between("distance to the water", sqrt(error / height), 0, 0.2);
+    assert_between("distance to the water", sqrt(error / height), 0, 0.2);
     free(o);
 }
 
@@ -324,14 +325,14 @@ static void what_does_not_fit_is_told(void **state)
             longer += f < slow ? e : 0;
             shorter += f > fast ? e : 0;
         }
-        between("longer", fit.longer, longer / all - 1e-3, longer / all + 1e-3);
-        between("shorter", fit.shorter, shorter / all - 1e-3, shorter / all + 1e-3);
-        between("height", fit.height, 4 * sqrt(all) * 0.999, 4 * sqrt(all) * 1.001);
+        assert_between("longer", fit.longer, longer / all - 1e-3, longer / all + 1e-3);
+        assert_between("shorter", fit.shorter, shorter / all - 1e-3, shorter / all + 1e-3);
+        assert_between("height", fit.height, 4 * sqrt(all) * 0.999, 4 * sqrt(all) * 1.001);
         if (row == 1) { /* no more energy than the box has room for, within what 40 bands make of it */
             double carried = 0;
             for (int64_t i = 0; i < s->waves; i++)
                 carried += pow(wave_of(o, i).amplitude, 2) / 2;
-            between("carried", carried / all, 0.5, 1 - fit.shorter + 0.02);
+            assert_between("carried", carried / all, 0.5, 1 - fit.shorter + 0.02);
         }
         free(o);
     }
@@ -385,11 +386,12 @@ static void points_without_a_grid_are_the_grids(void **state)
                            next = ll_ocean_point_of(&s, waves, x, z, t + h),
                            last = ll_ocean_point_of(&s, waves, x, z, t - h);
             int64_t at = j * s.n + i;
-            assert_true(fabs(p.height - f.height[at]) < 1e-11 && fabs(p.dx - f.dx[at]) < 1e-11 &&
-                        fabs(p.dz - f.dz[at]) < 1e-11);
-            assert_true(fabs((next.height - last.height) / 0.002 - p.v) < 1e-5);
-            assert_true(fabs((next.dx - last.dx) / 0.002 - p.u) < 1e-5);
-            assert_true(fabs((next.dz - last.dz) / 0.002 - p.w) < 1e-5);
+            assert_near(p.height, f.height[at], 1e-11);
+            assert_near(p.dx, f.dx[at], 1e-11);
+            assert_near(p.dz, f.dz[at], 1e-11);
+            assert_near((next.height - last.height) / 0.002, p.v, 1e-5);
+            assert_near((next.dx - last.dx) / 0.002, p.u, 1e-5);
+            assert_near((next.dz - last.dz) / 0.002, p.w, 1e-5);
         }
     free(block);
 }

@@ -98,7 +98,7 @@ static void they_agree(void **state)
         for (int j = 0; j < 32; j++)
             for (int i = 0; i < 32; i++) {
                 int64_t k = ll_cell(&p, i, j);
-                between(ll_pressure_names[kinds[s]], p.x[k] - exact.x[k] - shift, -1e-9, 1e-9);
+                assert_between(ll_pressure_names[kinds[s]], p.x[k] - exact.x[k] - shift, -1e-9, 1e-9);
             }
     }
     poisson_close(&exact);
@@ -122,8 +122,8 @@ static void sweeps_grow_as_they_should(void **state)
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         solve(known[i].kind, &small);
         solve(known[i].kind, &large);
-        between(ll_pressure_names[known[i].kind], (double)large.sweeps / (double)small.sweeps, known[i].least,
-                known[i].most);
+        assert_between(ll_pressure_names[known[i].kind], (double)large.sweeps / (double)small.sweeps,
+                       known[i].least, known[i].most);
     }
     poisson_close(&small);
     poisson_close(&large);
@@ -137,7 +137,7 @@ static void multigrid_takes_half_a_dozen_cycles(void **state)
             ll_poisson p = poisson_open(n, b);
             p.tolerance = 1e-6;
             solve(LL_PRESSURE_MULTIGRID, &p);
-            between("cycles", (double)p.sweeps, 3, 7);
+            assert_between("cycles", (double)p.sweeps, 3, 7);
             poisson_close(&p);
         }
 }
@@ -154,7 +154,7 @@ static void multigrid_converges_by_its_factor(void **state)
         solve(LL_PRESSURE_MULTIGRID, &p);
         left[i] = p.residual;
     }
-    between("factor", pow(left[1] / left[0], 0.2), 0.06, 0.08);
+    assert_between("factor", pow(left[1] / left[0], 0.2), 0.06, 0.08);
     poisson_close(&p);
 }
 
@@ -170,7 +170,7 @@ static void pcg_is_preconditioned_as_published(void **state)
         ll_poisson p = poisson_open(known[i].n, WALLS);
         p.tolerance = 1e-6;
         solve(LL_PRESSURE_PCG, &p);
-        between("sweeps", (double)p.sweeps, 0.8 * known[i].most, known[i].most);
+        assert_between("sweeps", (double)p.sweeps, 0.8 * known[i].most, known[i].most);
         poisson_close(&p);
     }
 }
@@ -204,7 +204,7 @@ static void multigrid_gets_through_gaps_and_crowds(void **state)
             draw_outflow(&p);
             ll_pressure_prepare(LL_PRESSURE_MULTIGRID, &p);
             ll_pressure_solve(LL_PRESSURE_MULTIGRID, &p);
-            between("cycles", (double)p.sweeps, 3, most[b]);
+            assert_between("cycles", (double)p.sweeps, 3, most[b]);
             poisson_close(&p);
         }
 }
@@ -218,10 +218,10 @@ static void plain_jacobi_never_converges(void **state)
     p.sweeps_max = 20000;
     solve(LL_PRESSURE_JACOBI, &p);
     assert_int_equal(p.sweeps, 20000);
-    between("left", p.residual / p.source, 1e-4, 0.2);
+    assert_between("left", p.residual / p.source, 1e-4, 0.2);
     p.relaxation = 0.9;
     solve(LL_PRESSURE_JACOBI, &p);
-    between("left when damped", p.residual / p.source, 0, 1e-6);
+    assert_between("left when damped", p.residual / p.source, 0, 1e-6);
     poisson_close(&p);
 }
 

@@ -9,11 +9,7 @@
 
 #include "base/rng.h"
 #include "game/core/history.h"
-
-static bool near(double a, double b)
-{
-    return fabs(a - b) < 1e-9;
-}
+#include "support/near.h"
 
 #define RECORDS 1700
 #define KEPT LL_HISTORY_STEPS
@@ -53,7 +49,8 @@ static void the_past_is_found_as_by_a_linear_search(void **state)
                    gy;
             int j = i < n ? i + 1 : i;
             ll_history_at(history, ll_history_find(history, t), 1, &gx, &gy);
-            assert_true(near(gx, x[i] + s * (x[j] - x[i])) && near(gy, y[i] + s * (y[j] - y[i])));
+            assert_near(gx, x[i] + s * (x[j] - x[i]), 1e-9);
+            assert_near(gy, y[i] + s * (y[j] - y[i]), 1e-9);
             const ll_moment found = ll_history_find(history, t),
                             again = ll_history_find_near(history, t, i + q * 7 - 70);
             assert_true(again.before == found.before && again.after == found.after &&

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "game/games/games.h"
+#include "support/near.h"
 
 typedef struct field {
     ll_game_env env;
@@ -53,8 +54,8 @@ static void flight_follows_the_closed_form(void **state)
             double x = c > 0 ? v * (1 - e) / c : v * t;
             double y = c > 0 ? (v + g / c) * (1 - e) / c - g / c * t : v * t - g / 2 * t * t;
             step(f, 0.5f, 1, 0);
-            assert_true(fabs(f->world->entity[0].x - x) < 1e-9);
-            assert_true(fabs(f->world->entity[0].y - y) < 1e-9);
+            assert_near(f->world->entity[0].x, x, 1e-9);
+            assert_near(f->world->entity[0].y, y, 1e-9);
         }
         free(f);
     }
@@ -71,10 +72,10 @@ static void shot_lands_at_its_range_and_the_turn_passes(void **state)
     assert_true(f->world->entity[0].flags & LL_ENTITY_ACTIVE);
     for (int i = 0; i < 300 && (f->world->entity[0].flags & LL_ENTITY_ACTIVE); i++)
         step(f, 0.5f, 1, LL_BUTTON_FIRE);
-    assert_true(fabs(f->world->entity[0].x - range) < 0.01);
+    assert_near(f->world->entity[0].x, range, 0.01);
     ll_game_cannon.describe(f->world, &f->env, 0, values);
     assert_true(values[0] == 0 && values[1] == 1 && values[2] == 0);
-    assert_true(fabs(values[3] - (range - 1000)) < 0.01);
+    assert_near(values[3], (range - 1000), 0.01);
     step(f, 0.5f, 1, LL_BUTTON_FIRE); /* too early: the pause of the next player */
     assert_false(f->world->entity[1].flags & LL_ENTITY_ACTIVE);
     for (int i = 0; i < 31; i++)

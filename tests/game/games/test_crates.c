@@ -6,6 +6,7 @@
 #include "base/rng.h"
 #include "game/harness.h"
 #include "rigid/shape/manifold.h"
+#include "support/near.h"
 
 typedef struct params {
     int64_t count;
@@ -116,7 +117,7 @@ static double overlap(const yard *y, int i, int j)
         ll_collide(&a, &b, ll_pose_between(pose(&y->world->entity[i]), pose(&y->world->entity[j])), 0);
     double most = 0;
     for (int n = m.count; n-- > 0;)
-        most = fmax(most, -m.at[n].separation);
+        most = larger(most, -m.at[n].separation);
     return most;
 }
 
@@ -125,7 +126,7 @@ static double deepest(const yard *y)
     double most = 0;
     for (int i = 0; i < y->world->entities; i++)
         for (int j = i + 1; j < y->world->entities; j++)
-            most = fmax(most, overlap(y, i, j));
+            most = larger(most, overlap(y, i, j));
     return most;
 }
 
@@ -189,8 +190,10 @@ static void a_crate_is_pushed_and_rests(void **state)
         pressed = pressed || value(&y, 0, PRESSING) == 1;
     }
     double at = crate->x;
-    assert_true(pressed && fabs(own->vx - 4) < 0.1 && fabs(crate->vx - own->vx) < 0.1);
-    assert_true(fabs(value(&y, 0, PUSHED) - (at - 8)) < 0.1); /* except for the steps before it is pressed */
+    assert_true(pressed);
+    assert_near(own->vx, 4, 0.1);
+    assert_near(crate->vx, own->vx, 0.1);
+    assert_near(value(&y, 0, PUSHED), (at - 8), 0.1); /* except for the steps before it is pressed */
     assert_true(value(&y, 0, MOVING) == 1);
     for (int k = 0; k < 120; k++)
         step(&y, nothing);
@@ -216,7 +219,7 @@ static void limits_hold(void **state)
     assert_true(y.world->entity[1].x < 8.01 && y.world->entity[0].x < 7.3);
     for (int k = 0; k < 60; k++)
         step(&y, &across);
-    assert_true(fabs(value(&y, 0, SPEED) - 4) < 1e-12);
+    assert_near(value(&y, 0, SPEED), 4, 1e-12);
     free(y.world);
 }
 
@@ -309,7 +312,8 @@ static void other_bodies_are_obstacles(void **state)
     const ll_action go = {.axis = {1, 0}};
     for (int k = 0; k < 120; k++)
         ll_game_crates.step_own(y.world, &y.env, 0, &go);
-    assert_true(fabs(y.world->entity[0].x - 7.2) < 0.003 && fabs(y.world->entity[0].vx) < 1e-9);
+    assert_near(y.world->entity[0].x, 7.2, 0.003);
+    assert_near(y.world->entity[0].vx, 0, 1e-9);
     assert_memory_equal(&y.world->entity[1], &player, sizeof player);
     assert_memory_equal(&y.world->entity[2], &crate, sizeof crate);
     free(y.world);

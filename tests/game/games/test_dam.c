@@ -6,6 +6,7 @@
 
 #include "base/rng.h"
 #include "game/harness.h"
+#include "support/near.h"
 
 typedef struct params {
     int64_t across, iterations;
@@ -73,7 +74,7 @@ static void water_breaks_and_comes_to_lie_level(void **state)
         assert_true(values[0] < p->side + 2 * sqrt(9.81 * p->side) * k / HZ + spacing / 2);
         for (int i = 1; i < t.world->entities; i++) {
             const ll_entity *e = &t.world->entity[i];
-            worst = fmax(worst, fmax(fmax(-e->x, e->x - p->width), fmax(-e->y, e->y - p->height)));
+            worst = larger(worst, larger(larger(-e->x, e->x - p->width), larger(-e->y, e->y - p->height)));
         }
         if (k == HZ)
             assert_true(values[0] > p->width - spacing && values[2] > 0.5);
@@ -84,7 +85,7 @@ static void water_breaks_and_comes_to_lie_level(void **state)
     double mean = sum / (t.world->entities - 1), level = p->side * p->side / p->width / 2;
     assert_true(worst <= 0); /* no particle is past a wall */
     assert_true(values[2] < 0.1);
-    assert_true(fabs(mean - level) < 0.25 * spacing);
+    assert_near(mean, level, 0.25 * spacing);
     free(t.world);
 }
 

@@ -12,6 +12,7 @@
 #include "base/rng.h"
 #include "game/games/floor.h"
 #include "rigid/shape/manifold.h"
+#include "support/near.h"
 
 #define DT (1.0 / 60)
 #define MAX 120
@@ -101,7 +102,8 @@ static void momentum_stays_and_energy_does_not_grow(void **state)
                 qx += b[i].vx / b[i].inverse_mass;
                 qy += b[i].vy / b[i].inverse_mass;
             }
-            assert_true(fabs(qx - px) < 1e-12 * speed && fabs(qy - py) < 1e-12 * speed);
+            assert_near(qx, px, 1e-12 * speed);
+            assert_near(qy, py, 1e-12 * speed);
             double now = energy(b, count);
             assert_true(now <= last + 1e-12 * all);
             last = now;
@@ -151,9 +153,9 @@ static void a_push_off_the_centre_turns(void **state)
     b[0].vx = v;
     ll_floor_step(&env, &floor, b, 2);
     double J = v / (1 / m + 1 / M + r * r / I);
-    assert_true(fabs(b[0].vx - (v - J / m)) < 1e-12);
-    assert_true(fabs(b[1].vx - J / M) < 1e-12);
-    assert_true(fabs(b[1].angular_velocity + J * r / I) <
+    assert_near(b[0].vx, (v - J / m), 1e-12);
+    assert_near(b[1].vx, J / M, 1e-12);
+    assert_near(b[1].angular_velocity + J * r / I, 0,
                 1e-12); /* pushed above its centre along x, it turns clockwise */
     assert_true(b[0].vy == 0 && b[1].vy == 0);
 }
@@ -168,8 +170,9 @@ static void discs_go_on_together(void **state)
     b[1].vx = -1;
     for (int k = 0; k < 120; k++)
         ll_floor_step(&env, &floor, b, 2);
-    assert_true(fabs(b[0].vx - 1.25) < 1e-12 && fabs(b[1].vx - 1.25) < 1e-12);
-    assert_true(fabs(b[1].x - b[0].x - 0.8) < 1e-12);
+    assert_near(b[0].vx, 1.25, 1e-12);
+    assert_near(b[1].vx, 1.25, 1e-12);
+    assert_near(b[1].x - b[0].x, 0.8, 1e-12);
 }
 
 /* ---- the floor ---- */
@@ -192,8 +195,9 @@ static void sliding_ends_where_coulomb_says(void **state)
            m = ceil(w / (turn * h)) - 1;
     double way = h * (n * v - grip * h * n * (n + 1) / 2), angle = h * (m * w - turn * h * m * (m + 1) / 2);
     assert_true(b.vx == 0 && b.vy == 0 && b.angular_velocity == 0);
-    assert_true(fabs(b.x - (20 + 0.6 * way)) < 1e-11 && fabs(b.y - (20 - 0.8 * way)) < 1e-11);
-    assert_true(fabs(b.angle - (0.1 + angle)) < 1e-11);
+    assert_near(b.x, (20 + 0.6 * way), 1e-11);
+    assert_near(b.y, (20 - 0.8 * way), 1e-11);
+    assert_near(b.angle, (0.1 + angle), 1e-11);
 }
 
 /* A body with a wanted velocity accelerates with its grip up to that velocity. */
@@ -207,7 +211,7 @@ static void a_wanted_velocity_is_reached(void **state)
     for (int k = 1; k <= 30; k++) {
         ll_floor_step(&env, &floor, &b, 1);
         double t = k * DT, v = 12 * t < 4 ? 12 * t : 4;
-        assert_true(fabs(b.vx - v) < 1e-12);
+        assert_near(b.vx, v, 1e-12);
     }
     assert_true(b.vx == 4);
     b.wanted_vx = 0;
@@ -235,8 +239,8 @@ static void a_row_is_pushed_by_what_is_left_of_the_force(void **state)
         ll_floor_step(&env, &floor, b, 4);
     double a = (M * grip - 3 * m * mu_g) / (M + 3 * m), v = a * 20 * DT;
     for (int i = 0; i < 4; i++) {
-        assert_true(fabs(b[i].vx - v) < 0.02 * v);
-        assert_true(fabs(b[i].vy) < 2e-4 * v); /* sixteen sweeps leave the boxes turning ever so little */
+        assert_near(b[i].vx, v, 0.02 * v);
+        assert_near(b[i].vy, 0, 2e-4 * v); /* sixteen sweeps leave the boxes turning ever so little */
     }
 }
 
@@ -278,12 +282,13 @@ static double deepest(const ll_floor_body *b, int count, double side)
     for (int i = 0; i < count; i++) {
         ll_geometry g = outline(&b[i]);
         ll_aabb box = ll_shape_aabb(&g, pose(&b[i]));
-        most = fmax(most, fmax(-fmin(box.lower.x, box.lower.y), fmax(box.upper.x, box.upper.y) - side));
+        most =
+            larger(most, larger(-smaller(box.lower.x, box.lower.y), larger(box.upper.x, box.upper.y) - side));
         for (int j = i + 1; j < count; j++) {
             ll_geometry other = outline(&b[j]);
             ll_manifold m = ll_collide(&g, &other, ll_pose_between(pose(&b[i]), pose(&b[j])), 0);
             for (int n = m.count; n-- > 0;)
-                most = fmax(most, -m.at[n].separation);
+                most = larger(most, -m.at[n].separation);
         }
     }
     return most;

@@ -9,6 +9,7 @@
 
 #include "base/rng.h"
 #include "game/games/games.h"
+#include "support/near.h"
 
 /* acceleration, brake, drag, top speed, lap, laps, car length, lane width, restitution */
 static const double usual[] = {6, 9, 0.3, 1000, 100, 6, 4, 3, 0.3};
@@ -46,8 +47,8 @@ static void throttle_follows_the_closed_form(void **state)
         for (int i = 0; i < steps; i++)
             ll_game_race.step(f->world, &f->env, &full, (ll_time)((i + 1) * dts[k] * 1e9), NULL);
         double a = 6, c = 0.3, v = a / c * (1 - exp(-c * 10)), x = a / c * 10 - v / c;
-        assert_true(fabs(f->world->entity[0].vx - v) < 1e-10 * v);
-        assert_true(fabs(f->world->entity[0].x - x) < 1e-10 * x);
+        assert_near(f->world->entity[0].vx, v, 1e-10 * v);
+        assert_near(f->world->entity[0].x, x, 1e-10 * x);
         free(f);
     }
 }
@@ -124,7 +125,7 @@ static void brakes_stop_and_do_not_reverse(void **state)
     /* v = (v0 + b/c) e^-ct - b/c is 0 at t = ln(1 + c v0 / b) / c; x = v0 / c - b t / c */
     double b = 9, c = 0.3, t = log(1 + c * 20 / b) / c, x = 20 / c - b * t / c;
     assert_true(f->world->entity[0].vx == 0);
-    assert_true(fabs(last - x) < 2e-3); /* the step in which it stops neglects drag */
+    assert_near(last, x, 2e-3); /* the step in which it stops neglects drag */
     free(f);
 }
 
@@ -147,9 +148,9 @@ static void contact_keeps_momentum_and_takes_energy(void **state)
             if (lane == 0)
                 assert_true(front->x - rear->x >= 4 - 1e-9);
         }
-        assert_true(fabs(front->vx + rear->vx - 14) < 1e-12);
+        assert_near(front->vx + rear->vx, 14, 1e-12);
         double closing = rear->vx - front->vx;
-        assert_true(fabs(closing - (lane == 0 ? -0.3 * 10 : 10)) < 1e-12);
+        assert_near(closing, (lane == 0 ? -0.3 * 10 : 10), 1e-12);
         free(f);
     }
 }
@@ -167,7 +168,7 @@ static void finish_time_lies_between_ticks(void **state)
     for (int64_t i = 1; i <= 600; i++)
         ll_game_race.step(f->world, &f->env, &coast, ll_tick_time(i, 60000), NULL);
     ll_game_race.describe(f->world, &f->env, 0, values);
-    assert_true(fabs(values[0] - 600.0 / 70) < 1e-6);
+    assert_near(values[0], 600.0 / 70, 1e-6);
     assert_true(f->world->entity[0].flags & LL_ENTITY_FINISHED);
     free(f);
 }

@@ -5,6 +5,7 @@
 #include "base/rng.h"
 #include "fluid/ocean/ocean.h"
 #include "game/harness.h"
+#include "support/near.h"
 
 typedef struct params {
     int64_t points, waves, seed;
@@ -54,8 +55,8 @@ static void points_move_at_their_velocity(void **state)
         step(&c, nothing);
         const ll_entity *next = &c.world->entity[1];
         for (int i = 0; i < points && k > 0; i++) {
-            assert_true(fabs((next[i].x - past[i].x) * HZ / 2 - now[i].vx) < 2e-3);
-            assert_true(fabs((next[i].y - past[i].y) * HZ / 2 - now[i].vy) < 2e-3);
+            assert_near((next[i].x - past[i].x) * HZ / 2, now[i].vx, 2e-3);
+            assert_near((next[i].y - past[i].y) * HZ / 2, now[i].vy, 2e-3);
         }
     }
     free(c.world);
@@ -83,7 +84,7 @@ static void a_boat_heaves_by_its_draught(void **state)
     }
     double period = 6.283185307179586 / sqrt(9.81 / p.draught - p.damping * p.damping / 4);
     assert_int_equal(count, 2);
-    assert_true(fabs((crossed[1] - crossed[0]) / HZ - period) < 0.01 * period);
+    assert_near((crossed[1] - crossed[0]) / HZ, period, 0.01 * period);
     free(c.world);
 }
 
@@ -103,9 +104,9 @@ static void a_boat_lies_on_long_waves(void **state)
         for (int i = 0; i < 3 && k > 10 * HZ; i++) {
             double values[LL_GAME_VALUES];
             ll_game_sea.describe(c.world, &c.env, i, values);
-            most = fmax(most, fabs(values[0] - values[1]));
-            low = fmin(low, values[0]);
-            high = fmax(high, values[0]);
+            most = larger(most, fabs(values[0] - values[1]));
+            low = smaller(low, values[0]);
+            high = larger(high, values[0]);
         }
     }
     assert_true(high - low > 0.3 && most < 0.05 * (high - low));

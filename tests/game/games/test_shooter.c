@@ -3,6 +3,7 @@
 
 #include "game/games/shooter.h"
 #include "game/harness.h"
+#include "support/near.h"
 
 #define HZ 60000
 
@@ -58,12 +59,12 @@ static void a_lift_goes_at_its_speed_between_its_ends(void **state)
         ll_game_shooter.step_own(own->world, &own->env, 0, &ride[0]); /* what a client predicts, bitwise */
         assert_memory_equal(&own->world->entity[0], &y->world->entity[0], sizeof(ll_entity));
         double up = 7.5 + 2.5 * i / 60, down = 7.5 - 5.0 * i / 60;
-        assert_true(fabs(y->world->entity[0].y - fmin(up, LL_SHOOTER_LIFT_HIGH)) < 1e-12);
-        assert_true(fabs(y->world->entity[1].y - fmax(down, LL_SHOOTER_LIFT_LOW)) < 1e-12);
+        assert_near(y->world->entity[0].y, smaller(up, LL_SHOOTER_LIFT_HIGH), 1e-12);
+        assert_near(y->world->entity[1].y, larger(down, LL_SHOOTER_LIFT_LOW), 1e-12);
     }
     assert_true(y->world->entity[0].vy == 0);
-    assert_true(fabs(y->world->entity[0].angle - M_PI / 8) < 1e-15); /* half of a quarter's half */
-    assert_true(fabs(y->world->entity[1].angle - M_PI * 7 / 8) < 1e-15);
+    assert_near(y->world->entity[0].angle, M_PI / 8, 1e-15); /* half of a quarter's half */
+    assert_near(y->world->entity[1].angle, M_PI * 7 / 8, 1e-15);
     close_yard(y);
     close_yard(own);
 }
@@ -86,7 +87,8 @@ static void targets_fly_straight_and_turn(void **state)
         for (int t = 0; t < 16; t++) {
             const ll_entity *a = &before[t], *b = &y->world->entity[1 + t];
             assert_true(hypot(b->vx, b->vy) == 6);
-            assert_true(fabs(b->x - (a->x + b->vx / 60)) < 1e-12 && fabs(b->y - (a->y + b->vy / 60)) < 1e-12);
+            assert_near(b->x, (a->x + b->vx / 60), 1e-12);
+            assert_near(b->y, (a->y + b->vy / 60), 1e-12);
             assert_true(b->y > 1 && b->y < LL_SHOOTER_HEIGHT && b->x > 15 && b->x < LL_SHOOTER_WIDTH - 15);
             turns[t] += a->vx * b->vx + a->vy * b->vy < 0;
         }

@@ -6,6 +6,7 @@
 
 #include "base/rng.h"
 #include "game/harness.h"
+#include "support/near.h"
 
 typedef struct params {
     int64_t size, substeps;
@@ -83,8 +84,9 @@ static void stacks_stand_without_warm_starting(void **state)
         }
         for (int k = 1; k < s.world->entities; k++) {
             const ll_entity *a = &first.world->entity[k], *b = &s.world->entity[k];
-            assert_true(fabs(b->x - a->x) < 0.01 && fabs(b->y - a->y) < 0.003 &&
-                        fabs(b->angle - a->angle) < 0.0175);
+            assert_near(b->x, a->x, 0.01);
+            assert_near(b->y, a->y, 0.003);
+            assert_near(b->angle, a->angle, 0.0175);
         }
         free(s.world);
         free(first.world);
@@ -126,7 +128,7 @@ static void a_ball_pushes_what_stands(void **state)
         assert_memory_equal(again.world, s.world, ll_world_size(s.world));
     }
     for (int k = 2; k < s.world->entities; k++) {
-        most = fmax(most, fabs(s.world->entity[k].x - first[k].x));
+        most = larger(most, fabs(s.world->entity[k].x - first[k].x));
         assert_true(s.world->entity[k].y > 0.5 - 0.05); /* half a box, minus its compression */
     }
     assert_true(most > 1);
@@ -165,8 +167,8 @@ static void shapes_are_of_the_scene(void **state)
     int cards = 0;
     for (int i = 0; ll_game_stack.shape(&s.env, 2, i, &shape); i++) {
         assert_string_equal(shape.kind, i < 2 ? "player" : "crate");
-        cards += i >= 2 && fabs(fmax(shape.width, shape.height) - 0.4) < 1e-12 &&
-                 fabs(fmin(shape.width, shape.height) - 0.002) < 1e-12;
+        cards += i >= 2 && fabs(larger(shape.width, shape.height) - 0.4) < 1e-12 &&
+                 fabs(smaller(shape.width, shape.height) - 0.002) < 1e-12;
     }
     assert_int_equal(cards, 7); /* two leaning pairs, one on them, and one lying between */
     assert_int_equal(s.world->entities, 9);

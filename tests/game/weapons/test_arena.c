@@ -8,11 +8,7 @@
 
 #include "base/rng.h"
 #include "game/core/arena.h"
-
-static bool near(double a, double b, double tolerance)
-{
-    return fabs(a - b) <= tolerance;
-}
+#include "support/near.h"
 
 static double uniform(uint64_t stream, uint64_t i, double low, double high)
 {
@@ -41,7 +37,7 @@ static void ray_meets_circle(void **state)
         if (fabs(h) > 2)
             assert_true(got < 0);
         else
-            assert_true(near(got, 10 - sqrt(4 - h * h), 1e-13));
+            assert_near(got, 10 - sqrt(4 - h * h), 1e-13);
     }
     for (uint64_t i = 0; i < 1000;
          i++) { /* aimed at a point of the disc: the distance by the law of cosines */
@@ -50,7 +46,7 @@ static void ray_meets_circle(void **state)
         double turn = asin(off * r / d);
         ll_point way = {cos(angle + turn), sin(angle + turn)};
         double want = d * cos(turn) - sqrt(r * r * (1 - off * off));
-        assert_true(near(ll_ray_circle((ll_point){0, 0}, way, c, r), want, 1e-11));
+        assert_near(ll_ray_circle((ll_point){0, 0}, way, c, r), want, 1e-11);
     }
     assert_true(ll_ray_circle((ll_point){9, 0}, (ll_point){1, 0}, (ll_point){10, 0}, 2) == 0); /* within */
     assert_true(ll_ray_circle((ll_point){13, 0}, (ll_point){1, 0}, (ll_point){10, 0}, 2) < 0); /* behind */
@@ -62,7 +58,7 @@ static void ray_meets_box(void **state)
     const ll_box box = {4, 6, -1, 3};
     const ll_point o = {0, 0};
     assert_true(ll_ray_box(o, (ll_point){1, 0}, &box) == 4);
-    assert_true(near(ll_ray_box(o, (ll_point){0.8, 0.6}, &box), 5, 1e-14)); /* (4, 3): the corner */
+    assert_near(ll_ray_box(o, (ll_point){0.8, 0.6}, &box), 5, 1e-14); /* (4, 3): the corner */
     assert_true(ll_ray_box(o, (ll_point){0.6, 0.8}, &box) < 0);
     assert_true(ll_ray_box(o, (ll_point){-1, 0}, &box) < 0);
     assert_true(ll_ray_box((ll_point){5, 10}, (ll_point){0, -1}, &box) == 7); /* upright, along a slab */
@@ -100,9 +96,9 @@ static void flight_is_a_parabola(void **state)
     (void)state;
     const ll_flight f = {{1, 2}, {30, 20}, 9.81, 0};
     double apex = 20 / 9.81;
-    assert_true(near(ll_flight_at(&f, apex).y, 2 + 20.0 * 20 / (2 * 9.81), 1e-12));
-    assert_true(near(ll_flight_at(&f, 2 * apex).y, 2, 1e-12));
-    assert_true(near(ll_flight_at(&f, 2 * apex).x, 1 + 2 * 30 * 20 / 9.81, 1e-12));
+    assert_near(ll_flight_at(&f, apex).y, 2 + 20.0 * 20 / (2 * 9.81), 1e-12);
+    assert_near(ll_flight_at(&f, 2 * apex).y, 2, 1e-12);
+    assert_near(ll_flight_at(&f, 2 * apex).x, 1 + 2 * 30 * 20 / 9.81, 1e-12);
 }
 
 static void chord_is_off_by_an_eighth_of_g_t_squared(void **state)
@@ -115,11 +111,11 @@ static void chord_is_off_by_an_eighth_of_g_t_squared(void **state)
         for (int k = 0; k <= 100; k++) {
             double s = t * k / 100;
             ll_point a = ll_flight_at(&chord, s), b = ll_flight_at(&f, s0 + s);
-            assert_true(near(a.x, b.x, 1e-12));
-            assert_true(near(b.y - a.y, 9.81 / 2 * s * (t - s), 1e-12));
-            most = fmax(most, b.y - a.y);
+            assert_near(a.x, b.x, 1e-12);
+            assert_near(b.y - a.y, 9.81 / 2 * s * (t - s), 1e-12);
+            most = larger(most, b.y - a.y);
         }
-        assert_true(near(most, 9.81 * t * t / 8, 1e-12));
+        assert_near(most, 9.81 * t * t / 8, 1e-12);
     }
 }
 
@@ -168,12 +164,12 @@ static void flight_meets_a_moving_body(void **state)
             double u = (m.s - s0) / (s1 - s0);
             ll_point q = {before[1].x + u * (after[1].x - before[1].x),
                           before[1].y + u * (after[1].y - before[1].y)};
-            assert_true(m.met == LL_MET_NOTHING || near(hypot(p.x - q.x, p.y - q.y), 0.6, 1e-9));
+            assert_true(m.met == LL_MET_NOTHING || is_near(hypot(p.x - q.x, p.y - q.y), 0.6, 1e-9));
             continue;
         }
         assert_int_equal(m.met, LL_MET_BODY);
         assert_int_equal(m.body, 1);
-        assert_true(near(m.s, want, 1e-10));
+        assert_near(m.s, want, 1e-10);
         met++;
     }
     assert_true(met > 150);
@@ -193,13 +189,13 @@ static void cuts_change_nothing(void **state)
         ll_flight_hit whole = ll_arena_flight(&arena, 0, &f, 0, 1, ends[0], ends[1]), cut = {0};
         assert_int_equal(whole.met, LL_MET_BODY);
         for (double s = 0, t; cut.met == LL_MET_NOTHING; s = t) {
-            t = fmin(s + uniform(11, i * 100 + (uint64_t)(s * 99), 0.001, 0.05), 1);
+            t = smaller(s + uniform(11, i * 100 + (uint64_t)(s * 99), 0.001, 0.05), 1);
             assert_true(s < 1);
             ll_point a[] = {{0, 0}, {ends[0][1].x + v.x * s, ends[0][1].y + v.y * s}};
             ll_point b[] = {{0, 0}, {ends[0][1].x + v.x * t, ends[0][1].y + v.y * t}};
             cut = ll_arena_flight(&arena, 0, &f, s, t, a, b);
         }
-        assert_true(near(cut.s, whole.s, 1e-11));
+        assert_near(cut.s, whole.s, 1e-11);
     }
 }
 
@@ -214,26 +210,27 @@ static void flight_ends_at_cover_and_ground(void **state)
     ll_flight f = {{0, 0}, {v, v}, 9.81, 0};
     ll_flight_hit m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_BOUNDS);
-    assert_true(near(m.s, fall, 1e-12)); /* it rises above the upper edge and comes back */
-    assert_true(near(ll_flight_at(&f, m.s).x, 30 * 30 / 9.81, 1e-10));
+    assert_near(m.s, fall, 1e-12); /* it rises above the upper edge and comes back */
+    assert_near(ll_flight_at(&f, m.s).x, 30 * 30 / 9.81, 1e-10);
     arena.covers = 1;
     arena.cover[0] = (ll_box){60, 62, 0, 100}; /* a wall: met at its side */
     m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_COVER);
-    assert_true(near(m.s, 60 / v, 1e-12));
+    assert_near(m.s, 60 / v, 1e-12);
     arena.cover[0] = (ll_box){50, 90, 0, 5}; /* a roof at 5 m: met from above */
     m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_COVER);
-    assert_true(near(m.s, (v + sqrt(v * v - 2 * 9.81 * 5)) / 9.81, 1e-12));
+    assert_near(m.s, (v + sqrt(v * v - 2 * 9.81 * 5)) / 9.81, 1e-12);
     arena.cover[0] = (ll_box){0, 200, 10, 11}; /* a ceiling: from below */
     m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
-    assert_true(near(m.s, (v - sqrt(v * v - 2 * 9.81 * 10)) / 9.81, 1e-12));
+    assert_near(m.s, (v - sqrt(v * v - 2 * 9.81 * 10)) / 9.81, 1e-12);
     arena.cover[0] = (ll_box){60, 62, 0, 1}; /* too low */
     m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_BOUNDS);
     arena.bounds.x_max = 40;
     m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
-    assert_true(m.met == LL_MET_BOUNDS && near(m.s, 40 / v, 1e-12));
+    assert_true(m.met == LL_MET_BOUNDS);
+    assert_near(m.s, 40 / v, 1e-12);
 }
 
 int main(void)

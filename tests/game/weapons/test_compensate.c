@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "game/core/weapons.h"
+#include "support/near.h"
 
 #define HZ 60000
 #define BODIES 2
@@ -232,7 +233,7 @@ static void hybrid_fades_with_the_age_of_the_view(void **state)
         ll_action a = press(r, LL_HITSCAN, 140, now - ll_ms(cases[i].age_ms));
         step_to(r, 140, &a, level());
         double whole = (double)(present - (now - ll_ms(cases[i].age_ms)));
-        assert_true(fabs((double)(present - r->shots[0].seen) - cases[i].share * whole) <= 1);
+        assert_near((double)(present - r->shots[0].seen), cases[i].share * whole, 1);
         assert_int_equal(r->shots[0].clamped, cases[i].share < 1);
         assert_int_equal(r->results[0].rewound_to, r->shots[0].seen);
         free_range(r);
@@ -345,14 +346,15 @@ static void rewound_projectile_lands_where_it_would_without_lag(void **state)
         impact none = projectile(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, 61);
         double start = ll_to_s(ll_tick_time(60, HZ)), s = touch(ways[w], aim, start);
         assert_int_equal(none.body, 1);
-        assert_true(fabs(none.at_s - (start + s)) <= 2e-9); /* whole ns */
-        assert_true(fabs(none.x - 35 * aim.direction.x * s) <= 1e-9);
-        assert_true(fabs(none.y - (35 * aim.direction.y - 9.81 / 2 * s) * s) <= 1e-9);
+        assert_near(none.at_s, (start + s), 2e-9); /* whole ns */
+        assert_near(none.x, 35 * aim.direction.x * s, 1e-9);
+        assert_near(none.y, (35 * aim.direction.y - 9.81 / 2 * s) * s, 1e-9);
         for (int64_t k = 62; k <= 120; k++) { /* up to a second late */
             impact late = projectile(ways[w], 2, LL_TRACE_PARABOLA, aim, 60, k);
             assert_int_equal(late.body, 1);
-            assert_true(fabs(late.x - none.x) <= 1e-9 && fabs(late.y - none.y) <= 1e-9);
-            assert_true(fabs(late.at_s - none.at_s) <= 1e-9);
+            assert_near(late.x, none.x, 1e-9);
+            assert_near(late.y, none.y, 1e-9);
+            assert_near(late.at_s, none.at_s, 1e-9);
             assert_true(late.start_s == none.start_s && late.trace_error_m == 0);
         }
     }
@@ -392,7 +394,10 @@ static void fast_forward_leaves_the_first_part_uncompensated(void **state)
     ll_aim aim = at_target(crossing);
     impact b = projectile(crossing, 1, LL_TRACE_PARABOLA, aim, 60, 90),
            c = projectile(crossing, 2, LL_TRACE_PARABOLA, aim, 60, 90);
-    assert_true(b.body == 1 && c.body == 1 && fabs(b.x - c.x) <= 1e-9 && fabs(b.y - c.y) <= 1e-9);
+    assert_true(b.body == 1);
+    assert_true(c.body == 1);
+    assert_near(b.x, c.x, 1e-9);
+    assert_near(b.y, c.y, 1e-9);
 }
 
 static void partial_forwards_no_more_than_configured(void **state)
@@ -400,7 +405,7 @@ static void partial_forwards_no_more_than_configured(void **state)
     (void)state;
     impact far = projectile(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 91),
            close = projectile(crossing, 3, LL_TRACE_PARABOLA, level(), 60, 64);
-    assert_true(fabs(far.start_s - (ll_to_s(ll_tick_time(90, HZ)) - 0.1)) < 1e-12);
+    assert_near(far.start_s, (ll_to_s(ll_tick_time(90, HZ)) - 0.1), 1e-12);
     assert_true(close.start_s == ll_to_s(ll_tick_time(60, HZ)));
 }
 
@@ -411,7 +416,7 @@ static void straight_trace_is_off_by_its_closed_form(void **state)
     for (int64_t k = 62; k <= 120; k++) {
         impact i = projectile(crossing, 2, LL_TRACE_STRAIGHT, raised(0.5), 60, k);
         double t = ll_to_s(ll_tick_time(k - 1, HZ) - ll_tick_time(60, HZ));
-        assert_true(fabs(i.trace_error_m - 9.81 * t * t / 8) < 1e-12);
+        assert_near(i.trace_error_m, 9.81 * t * t / 8, 1e-12);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "base/rng.h"
 #include "game/weapons/drag_flight.h"
 #include "ode/harness.h"
+#include "support/near.h"
 
 static double uniform(uint64_t stream, uint64_t i, double low, double high)
 {
@@ -34,7 +35,7 @@ static void without_gravity_it_is_a_logarithm(void **state)
         ll_point at = ll_drag_flight_at(&f, t), velocity = ll_drag_flight_velocity(&f, t);
         WITHIN(at.x, 3 + way * cos(angle), k);
         WITHIN(at.y, -2 + way * sin(angle), k);
-        assert_true(fabs(hypot(velocity.x, velocity.y) - v) <= 1e-6 * v);
+        assert_near(hypot(velocity.x, velocity.y), v, 1e-6 * v);
     }
 }
 
@@ -55,7 +56,7 @@ static void upright_it_rises_by_a_tangent_and_falls_to_the_terminal_speed(void *
             WITHIN(ll_drag_flight_at(&f, t).y, want, k);
         }
         double v = ll_drag_flight_velocity(&f, apex + 20 * vt / g).y;
-        assert_true(fabs(v + vt) <= 1e-9 * vt);
+        assert_near(v, -vt, 1e-9 * vt);
     }
 }
 
@@ -69,8 +70,10 @@ static void drag_near_zero_gives_the_parabola(void **state)
         ll_point a = ll_flight_at(&f, t), u = ll_flight_velocity(&f, t);
         f.drag = 0;
         ll_point b = ll_flight_at(&f, t), v = ll_flight_velocity(&f, t);
-        assert_true(fabs(a.x - b.x) <= 1e-8 && fabs(a.y - b.y) <= 1e-8);
-        assert_true(fabs(u.x - v.x) <= 1e-8 && fabs(u.y - v.y) <= 1e-8);
+        assert_near(a.x, b.x, 1e-8);
+        assert_near(a.y, b.y, 1e-8);
+        assert_near(u.x, v.x, 1e-8);
+        assert_near(u.y, v.y, 1e-8);
     }
 }
 
@@ -115,7 +118,8 @@ static void agrees_with_the_published_digits(void **state)
     ll_point at = ll_drag_flight_at(&f, 4), v = ll_drag_flight_velocity(&f, 4);
     WITHIN(at.x, 77.4765955049512129, f.drag);
     WITHIN(at.y, 39.1562624297932313, f.drag);
-    assert_true(fabs(v.x - 13.9723273489021700) < 1e-6 && fabs(v.y + 11.4832542985015648) < 1e-6);
+    assert_near(v.x, 13.9723273489021700, 1e-6);
+    assert_near(v.y, -11.4832542985015648, 1e-6);
 }
 
 /* ---- hits ---- */
@@ -194,7 +198,7 @@ static void meets_a_moving_body(void **state)
         }
         assert_int_equal(hit.met, LL_MET_BODY);
         assert_int_equal(hit.body, 1);
-        assert_true(fabs(hit.s - want) < 1e-9);
+        assert_near(hit.s, want, 1e-9);
         met++;
     }
     assert_true(met > 40);
@@ -209,7 +213,7 @@ static void parts_of_a_flight_meet_what_the_whole_meets(void **state)
         const meeting m = random_meeting(i);
         ll_flight_hit whole = ll_arena_flight(&arena, 0, &m.f, m.s0, m.s1, m.before, m.after), part = {0};
         for (double s = m.s0, t; part.met == LL_MET_NOTHING && s < m.s1; s = t) {
-            t = fmin(s + uniform(11, i * 100 + (uint64_t)(s * 99), 0.001, 0.05), m.s1);
+            t = smaller(s + uniform(11, i * 100 + (uint64_t)(s * 99), 0.001, 0.05), m.s1);
             double u = (s - m.s0) / (m.s1 - m.s0), w = (t - m.s0) / (m.s1 - m.s0);
             ll_point a = m.before[1], b = m.after[1];
             const ll_point before[] = {{0, 0}, {a.x + u * (b.x - a.x), a.y + u * (b.y - a.y)}},
@@ -266,7 +270,7 @@ static void covers_a_distance_at_one_time(void **state)
         if (s < 0)
             assert_true(ll_drag_flight_at(&f, 20).x < 5 + x);
         else
-            assert_true(fabs(ll_drag_flight_at(&f, s).x - 5 - x) < 1e-9);
+            assert_near(ll_drag_flight_at(&f, s).x - 5, x, 1e-9);
     }
 }
 

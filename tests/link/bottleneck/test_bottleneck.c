@@ -40,9 +40,9 @@ static void cross_traffic_makes_an_m_d_1_queue(void **state)
             waits[i] = ll_to_ms(f.served - now);
         }
         estimate e = estimate_of(waits, PROBES);
-        assert_within(e.mean, rho * s / (2 * (1 - rho)), 4.5 * e.error);
+        assert_near(e.mean, rho * s / (2 * (1 - rho)), 4.5 * e.error);
         assert_true(e.error < 0.03 * e.mean);
-        assert_within((double)b.crossed, rho * PROBES * 7.3, 4.5 * sqrt(rho * PROBES * 7.3)); /* Poisson */
+        assert_near((double)b.crossed, rho * PROBES * 7.3, 4.5 * sqrt(rho * PROBES * 7.3)); /* Poisson */
     }
     free(waits);
 }
@@ -64,10 +64,10 @@ static void codel_drops_at_its_times(void **state)
         if (!f.dropped)
             continue;
         first = drops == 0 ? ll_to_ms(f.served) : first;
-        assert_within(ll_to_ms(f.served) - first, want[drops], 0.16); /* a packet, and the rounding above */
+        assert_near(ll_to_ms(f.served) - first, want[drops], 0.16); /* a packet, and the rounding above */
         drops++;
     }
-    assert_within(first - above, 100, 0.11);
+    assert_near(first - above, 100, 0.11);
 }
 
 /* With ECN the same instants are marks, of who can be marked; the packets stay in the queue. */
@@ -86,7 +86,7 @@ static void codel_marks_at_its_times(void **state)
         if (!f.marked)
             continue;
         first = marks == 0 ? ll_to_ms(f.served) : first;
-        assert_within(ll_to_ms(f.served) - first, want[marks], 0.16);
+        assert_near(ll_to_ms(f.served) - first, want[marks], 0.16);
         marks++;
     }
     ll_bottleneck other = queue_of(8000, LL_DISCIPLINE_CODEL);
@@ -135,9 +135,9 @@ static void red_drops_its_share(void **state)
         }
     }
     double share = 2 * p / (1 + p);
-    assert_within(b.average_ms, wait_ms, 0.1);
+    assert_near(b.average_ms, wait_ms, 0.1);
     assert_true(entered > 270000);
-    assert_within((double)drops / (double)entered, share, 0.02 * share);
+    assert_near((double)drops / (double)entered, share, 0.02 * share);
 }
 
 static void red_has_two_thresholds(void **state)

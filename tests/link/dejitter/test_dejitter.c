@@ -111,11 +111,11 @@ static void by_send_time_the_share_of_late_packets_is_known(void **state)
         double shift = w / 2001;
         double share = (double)stats->late / COUNT, added = stats->added_sum_ms / COUNT;
         double error = 3 * sqrt((late * (1 - late) + 1e-6) / COUNT) + 3 * shift / w / sqrt(150);
-        assert_within(share, late - (late > 0 ? shift / w : 0), error);
+        assert_near(share, late - (late > 0 ? shift / w : 0), error);
         double second = d * d * d / (3 * w), mean = d * d / (2 * w); /* of max(0, d - lateness) */
-        assert_within(added, mean + shift * d / w,
-                      3 * sqrt((second - mean * mean) / COUNT) + 3 * shift * d / w / sqrt(150) + 1e-9);
-        assert_within(stats->added_max_ms, d, 1e-9);
+        assert_near(added, mean + shift * d / w,
+                    3 * sqrt((second - mean * mean) / COUNT) + 3 * shift * d / w / sqrt(150) + 1e-9);
+        assert_near(stats->added_max_ms, d, 1e-9);
         free(b);
     }
 }
@@ -280,7 +280,7 @@ static void mirror_adds_the_deviation(void **state)
         play_all(b, i * 10 * LL_MS + transit);
         sum += i < 1000 ? 0 : ll_to_ms(ll_dejitter_delay(b));
     }
-    assert_within(sum / (COUNT - 1000), 20 + deviation + w / 2 - w / 201, 0.004 * deviation + 0.2 * w / 201);
+    assert_near(sum / (COUNT - 1000), 20 + deviation + w / 2 - w / 201, 0.004 * deviation + 0.2 * w / 201);
     assert_int_equal(ll_dejitter_get_stats(b)->late, 0); /* two intervals are more than w */
     free(b);
 }
@@ -366,7 +366,7 @@ static void nfe_adds_the_deviation_of_the_gaps(void **state)
         push(b, &params, i, sent, LAG);
         play_all(b, LL_NEVER - 1);
         if (i > 200)
-            assert_within(ll_to_ms(ll_dejitter_delay(b)), 450.0 / 7 - (i % 2 ? 0 : 2), 1e-5);
+            assert_near(ll_to_ms(ll_dejitter_delay(b)), 450.0 / 7 - (i % 2 ? 0 : 2), 1e-5);
     }
     free(b);
 }
@@ -395,7 +395,7 @@ static void nfe_adds_the_average_lateness(void **state)
         push(b, &params, i, i * 40 * LL_MS, LAG + (i % 2) * 30 * LL_MS);
         play_all(b, i * 40 * LL_MS + LAG + (i % 2) * 30 * LL_MS);
         if (i > 100)
-            assert_within(ll_to_ms(ll_dejitter_delay(b)), 75, 15.0 / 15 + 1e-6);
+            assert_near(ll_to_ms(ll_dejitter_delay(b)), 75, 15.0 / 15 + 1e-6);
     }
     free(b);
 }

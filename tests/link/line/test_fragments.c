@@ -33,7 +33,7 @@ static ll_sending send(ll_link *link, const ll_link_params *params, ll_time now,
 
 static void assert_share(int64_t count, int64_t of, double share)
 {
-    assert_within((double)count / (double)of, share, 4 * sqrt(share * (1 - share) / (double)of) + 1e-12);
+    assert_near((double)count / (double)of, share, 4 * sqrt(share * (1 - share) / (double)of) + 1e-12);
 }
 
 static void so_many_as_it_takes(void **state)
@@ -113,9 +113,9 @@ static void due_with_the_last_of_them(void **state)
             sum += ll_to_ms(s.due - k * STEP) - LAG;
         }
         double variance = 4.0 * n / ((n + 1) * (n + 1) * (n + 2)) * 1600;
-        assert_within(sum / COUNT, 40.0 * (n - 1) / (n + 1), 4 * sqrt(variance / COUNT));
+        assert_near(sum / COUNT, 40.0 * (n - 1) / (n + 1), 4 * sqrt(variance / COUNT));
         const ll_link_stats *s = ll_link_get_stats(link);
-        assert_within(s->delay.sum_ms / (double)s->sent, LAG, 4 * sqrt(1600.0 / 3 / (double)s->sent));
+        assert_near(s->delay.sum_ms / (double)s->sent, LAG, 4 * sqrt(1600.0 / 3 / (double)s->sent));
         free(link);
     }
 }
@@ -136,7 +136,7 @@ static void duplicates_only_change_the_time(void **state)
         squares += x * x;
     }
     double mean = sum / COUNT, error = sqrt((squares / COUNT - mean * mean) / COUNT);
-    assert_within(mean, -30.0 / 15, 4 * error);
+    assert_near(mean, -30.0 / 15, 4 * error);
     drain(link);
     assert_int_equal(ll_link_get_stats(link)->delivered, COUNT);
     free(link);
@@ -309,9 +309,9 @@ static void bursts_go_on_from_fragment_to_fragment(void **state)
     }
     double none =
         (1 - p) * pow(1 - p * (1 - corr), 4); /* of five: the first, then four after one that came */
-    assert_within((double)lost / COUNT, 1 - none, 4 * estimate_of(x, COUNT).error);
+    assert_near((double)lost / COUNT, 1 - none, 4 * estimate_of(x, COUNT).error);
     const ll_link_stats *s = ll_link_get_stats(link);
-    assert_within((double)s->lost / (double)s->loss_bursts, 1 / ((1 - p) * (1 - corr)), 0.1);
+    assert_near((double)s->lost / (double)s->loss_bursts, 1 / ((1 - p) * (1 - corr)), 0.1);
     free(x);
     free(link);
 }

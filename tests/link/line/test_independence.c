@@ -110,9 +110,9 @@ static void streams_seeds_and_neighbours_are_uncorrelated(void **state)
 {
     (void)state;
     fates *a = run(&jitter, 1, 2), *other_stream = run(&jitter, 1, 3), *other_seed = run(&jitter, 2, 2);
-    assert_true(fabs(correlation(a, other_stream, 0)) < 4 / sqrt(COUNT));
-    assert_true(fabs(correlation(a, other_seed, 0)) < 4 / sqrt(COUNT));
-    assert_true(fabs(correlation(a, a, 1)) < 4 / sqrt(COUNT));
+    assert_near(correlation(a, other_stream, 0), 0, 4 / sqrt(COUNT));
+    assert_near(correlation(a, other_seed, 0), 0, 4 / sqrt(COUNT));
+    assert_near(correlation(a, a, 1), 0, 4 / sqrt(COUNT));
     free(a);
     free(other_stream);
     free(other_seed);
@@ -128,7 +128,7 @@ static void copies_draw_for_themselves(void **state)
         assert_true(a->of[i].duplicated);
         copies->of[i].due = a->of[i].copy_due;
     }
-    assert_true(fabs(correlation(a, copies, 0)) < 4 / sqrt(COUNT));
+    assert_near(correlation(a, copies, 0), 0, 4 / sqrt(COUNT));
     free(a);
     free(copies);
 }

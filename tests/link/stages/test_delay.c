@@ -89,17 +89,17 @@ static void variates_are_those_of_the_header(void **state)
     (void)state;
     for (int d = 0; d < LL_DISTRIBUTIONS; d++) {
         const ll_delay_model *model = &ll_delay_models[d];
-        assert_within(expectation(references[d].variate, 1), 0, 1e-9);
-        assert_within(expectation(references[d].variate, 2), references[d].variance, 1e-9);
+        assert_near(expectation(references[d].variate, 1), 0, 1e-9);
+        assert_near(expectation(references[d].variate, 2), references[d].variance, 1e-9);
         double before = -1e9;
         for (int i = -4000; i <= 4000; i++) {
             double z = i / 1000.0, u = share_below(z), got = model->variate(u);
             double slope = 1e-13 * (1 + pow(1 - 0.999 * u, -4.0 / 3)); /* of the rounding of u */
-            assert_within(got, references[d].variate(z), slope + 1e-16 / (phi(z) + 1e-300));
+            assert_near(got, references[d].variate(z), slope + 1e-16 / (phi(z) + 1e-300));
             assert_true(got >= before && got <= model->max * (1 + 1e-12));
             before = got;
         }
-        assert_within(model->variate(1), model->max, 1e-9);
+        assert_near(model->variate(1), model->max, 1e-9);
     }
 }
 
@@ -132,13 +132,13 @@ static void delays_have_their_moments(void **state)
             double x = (delays[i] - MIDDLE) / JITTER;
             mean += x / COUNT;
             variance += x * x / COUNT;
-            most = x > most ? x : most;
+            most = larger(most, x);
         }
         double fourth = expectation(references[d].variate, 4), want = references[d].variance;
-        assert_within(mean, 0, 3 * sqrt(want / COUNT));
-        assert_within(variance, want, 3 * sqrt((fourth - want * want) / COUNT));
+        assert_near(mean, 0, 3 * sqrt(want / COUNT));
+        assert_near(variance, want, 3 * sqrt((fourth - want * want) / COUNT));
         assert_true(most <= ll_delay_models[d].max + 1e-6 && most > 0.95 * ll_delay_models[d].max);
-        assert_within(ll_link_delay_max_ms(&params, 0), MIDDLE + JITTER * ll_delay_models[d].max, 1e-9);
+        assert_near(ll_link_delay_max_ms(&params, 0), MIDDLE + JITTER * ll_delay_models[d].max, 1e-9);
         free(delays);
     }
 }
@@ -151,15 +151,15 @@ static void assert_correlated(const ll_link_params *params, double corr)
     for (int64_t i = 0; i < COUNT; i++)
         series[i] = delays[i] - MIDDLE;
     estimate mean = estimate_of(series, COUNT);
-    assert_within(mean.mean, 0, 3 * mean.error);
+    assert_near(mean.mean, 0, 3 * mean.error);
     for (int64_t i = 0; i < COUNT; i++)
         series[i] = (delays[i] - MIDDLE) * (delays[i] - MIDDLE) / variance;
     estimate square = estimate_of(series, COUNT);
-    assert_within(square.mean, 1, 3 * square.error);
+    assert_near(square.mean, 1, 3 * square.error);
     for (int64_t i = 0; i + 1 < COUNT; i++)
         series[i] = (delays[i] - MIDDLE) * (delays[i + 1] - MIDDLE) / variance;
     estimate product = estimate_of(series, COUNT);
-    assert_within(product.mean, corr, 3 * product.error + 1.4e-4);
+    assert_near(product.mean, corr, 3 * product.error + 1.4e-4);
     assert_true(square.error < 0.1 && product.error < 0.1); /* the test covers the case */
     free(series);
     free(delays);
@@ -215,7 +215,7 @@ static void deviates_are_correlated_as_variates_need(void **state)
         for (double corr = 0.05; corr < 0.96; corr += 0.1) {
             double rho = ll_delay_models[d].deviate_corr(corr);
             double got = correlation_by_series(&ll_delay_models[d], references[d].variance, rho);
-            assert_within(got, corr, references[d].corr_error);
+            assert_near(got, corr, references[d].corr_error);
         }
 }
 
@@ -247,8 +247,8 @@ static void the_statistics_report_the_correlation(void **state)
     double mean = sum / (double)n, variance = squares / (double)n - mean * mean;
     assert_int_equal(ll_link_get_stats(link)->delay.pairs, pairs);
     double told = ll_link_delay_correlation(ll_link_get_stats(link));
-    assert_within(told, 1 - steps / (double)pairs / (2 * variance), 1e-6);
-    assert_within(told, 0.7, 0.003);
+    assert_near(told, 1 - steps / (double)pairs / (2 * variance), 1e-6);
+    assert_near(told, 0.7, 0.003);
     free(s);
     free(link);
 }

@@ -36,8 +36,8 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
             sum += delay;
             squares += delay * delay;
             t.n++;
-            t.least = delay < t.least ? delay : t.least;
-            t.most = delay > t.most ? delay : t.most;
+            t.least = smaller(t.least, delay);
+            t.most = larger(t.most, delay);
             if (second) {
                 originals += delay;
                 copies += ll_to_ms(s.copy_due - now);
@@ -53,9 +53,10 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
     assert_int_equal(stats->duplicated, t.duplicated);
     assert_int_equal(stats->delivered + ll_link_in_flight(link), COUNT - t.lost + t.duplicated);
     if (t.duplicated == 0) {
-        assert_true(fabs(stats->delay.sum_ms - sum) < 1e-9 * sum + 1e-3);
-        assert_true(fabs(stats->delay.sum_squares - squares) < 1e-9 * squares + 1e-3);
-        assert_true(fabs(stats->delay.min_ms - t.least) < 1e-6 && fabs(stats->delay.max_ms - t.most) < 1e-6);
+        assert_near(stats->delay.sum_ms, sum, 1e-9 * sum + 1e-3);
+        assert_near(stats->delay.sum_squares, squares, 1e-9 * squares + 1e-3);
+        assert_near(stats->delay.min_ms, t.least, 1e-6);
+        assert_near(stats->delay.max_ms, t.most, 1e-6);
     }
     t.mean = sum / t.n;
     t.variance = squares / t.n - t.mean * t.mean;
@@ -83,8 +84,8 @@ static void uniform_jitter_has_its_moments(void **state)
         double variance = widths[i] * widths[i] / 3;
         assert_true(t.least >= 255 - widths[i] && t.most < 255 + widths[i]);
         assert_true(t.least < 255 - 0.999 * widths[i] && t.most > 255 + 0.999 * widths[i]);
-        assert_true(fabs(t.mean - 255) < 4 * sqrt(variance / COUNT));
-        assert_true(fabs(t.variance - variance) < 4 * variance * sqrt(0.8 / COUNT)); /* kurtosis 1.8 */
+        assert_near(t.mean, 255, 4 * sqrt(variance / COUNT));
+        assert_near(t.variance, variance, 4 * variance * sqrt(0.8 / COUNT)); /* kurtosis 1.8 */
     }
 }
 
@@ -93,8 +94,8 @@ static void normal_jitter_has_its_moments(void **state)
     (void)state;
     ll_link_params params = {.jitter_ms = 30, .distribution = LL_DISTRIBUTION_NORMAL};
     tally t = run(&params, 300, 1);
-    assert_true(fabs(t.mean - 300) < 4 * 30 / sqrt(COUNT));
-    assert_true(fabs(t.variance - 900) < 4 * 900 * sqrt(2.0 / COUNT));
+    assert_near(t.mean, 300, 4 * 30 / sqrt(COUNT));
+    assert_near(t.variance, 900, 4 * 900 * sqrt(2.0 / COUNT));
     assert_true(t.least < 300 - 3.5 * 30 && t.most > 300 + 3.5 * 30);
 }
 
@@ -107,12 +108,12 @@ static void delays_are_not_negative(void **state)
     tally t = run(&params, 0, 1);
     double mean = 50 / sqrt(2 * acos(-1)), variance = 2500.0 / 2 - mean * mean;
     assert_true(t.least == 0);
-    assert_true(fabs(t.mean - mean) < 4 * sqrt(variance / COUNT));
+    assert_near(t.mean, mean, 4 * sqrt(variance / COUNT));
 }
 
 static void assert_rate(int64_t count, double of, double rate)
 {
-    assert_true(fabs((double)count - of * rate) <= 4 * sqrt(of * rate * (1 - rate)));
+    assert_near((double)count, of * rate, 4 * sqrt(of * rate * (1 - rate)));
 }
 
 static void loss_and_duplicates_have_their_rates(void **state)
@@ -131,10 +132,10 @@ static void loss_and_duplicates_have_their_rates(void **state)
     tally t = run(&params, 100, 7);
     assert_rate(t.duplicated, COUNT, 0.2);
     double variance = 1600.0 / 3;
-    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
+    assert_near(t.copy_mean, 100, 4 * sqrt(variance / (double)t.arrived[2]));
     /* fate and delay are independent */
-    assert_true(fabs(t.mean - 100) < 4 * sqrt(variance / t.n));
-    assert_true(fabs(t.original_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
+    assert_near(t.mean, 100, 4 * sqrt(variance / t.n));
+    assert_near(t.original_mean, 100, 4 * sqrt(variance / (double)t.arrived[2]));
 }
 
 /* netem duplicates first, and one loss takes one of two: neither arrives by p (1 - q), both by q (1 - p)^2.
@@ -162,12 +163,12 @@ static void the_share_of_losses_is_that_of_their_draws(void **state)
     free(link_send_many(link, &params, 100, COUNT));
     const ll_link_stats *s = ll_link_get_stats(link);
     double draws = COUNT * (1 + 0.6 * 0.75); /* a copy has one where its original was not lost */
-    assert_within(ll_link_loss_pct(s), 25, 400 * sqrt(0.25 * 0.75 / draws));
+    assert_near(ll_link_loss_pct(s), 25, 400 * sqrt(0.25 * 0.75 / draws));
     assert_rate(s->rescued, COUNT, 0.25 * 0.6);
     assert_rate(s->lost_copies, COUNT * 0.6, 0.75 * 0.25);
     assert_rate(s->messages_lost, COUNT, 0.25 * 0.4);
     assert_int_equal(ll_link_messages(s), COUNT);
-    assert_within((double)(s->lost - s->lost_copies) / (double)s->loss_bursts, 1 / 0.75, 0.01);
+    assert_near((double)(s->lost - s->lost_copies) / (double)s->loss_bursts, 1 / 0.75, 0.01);
     assert_int_equal(s->delivered, ll_link_put_on_way(s));
     free(link);
 }

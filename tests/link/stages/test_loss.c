@@ -50,10 +50,10 @@ static void assert_losses(const ll_link_params *params, double rate, double burs
     ll_link_stats stats;
     series *s = run(params, &stats);
     estimate lost = estimate_of(s->lost, COUNT), length = ratio_of(s->lost, s->first);
-    assert_within(lost.mean, rate, 3 * lost.error);
-    assert_within(length.mean, burst, 3 * length.error);
-    assert_within((double)stats.lost / COUNT, lost.mean, 1e-12);
-    assert_within((double)stats.lost / (double)stats.loss_bursts, length.mean, 1e-12 * burst);
+    assert_near(lost.mean, rate, 3 * lost.error);
+    assert_near(length.mean, burst, 3 * length.error);
+    assert_near((double)stats.lost / COUNT, lost.mean, 1e-12);
+    assert_near((double)stats.lost / (double)stats.loss_bursts, length.mean, 1e-12 * burst);
     assert_int_equal(stats.lost_in_blackouts, 0);
     assert_true(lost.error < 0.05 * rate && length.error < 0.05 * burst); /* the test covers the case */
     free(s);
@@ -89,7 +89,7 @@ static void random_losses_have_their_correlation(void **state)
         for (int64_t i = 0; i + k < COUNT; i++)
             products[i] = (s->lost[i] - 0.2) * (s->lost[i + k] - 0.2) / (0.2 * 0.8);
         estimate e = estimate_of(products, COUNT);
-        assert_within(e.mean, want, 3 * e.error);
+        assert_near(e.mean, want, 3 * e.error);
     }
     free(products);
     free(s);
@@ -114,7 +114,7 @@ static void gilbert_elliott_losses(void **state)
         double bad = p / (p + r), loss = (1 - bad) * k + bad * h;
         double both = (1 - bad) * k * ((1 - p) * k + p * h) + bad * h * ((1 - r) * h + r * k);
         if (cases[i][2] == 100 && cases[i][3] == 0)
-            assert_within(loss / (loss - both), 1 / r, 1e-12);
+            assert_near(loss / (loss - both), 1 / r, 1e-12);
         assert_losses(&params, loss, loss / (loss - both));
     }
 }
@@ -216,7 +216,7 @@ static void blackouts_lose_everything(void **state)
     assert_int_equal(within, 60000 / 8); /* 15 of 120 packets */
     assert_int_equal(stats->lost_in_blackouts, within);
     assert_int_equal(stats->lost, within + others);
-    assert_within((double)others, 52500 * 0.1, 3 * sqrt(52500 * 0.1 * 0.9));
+    assert_near((double)others, 52500 * 0.1, 3 * sqrt(52500 * 0.1 * 0.9));
     free(s);
     free(link);
 }

@@ -37,11 +37,11 @@ static void assert_chain(const ll_link_params *params, happened *happens, double
     for (int64_t i = 0; i < COUNT; i++)
         x[i] = happens(&s[i]);
     estimate e = estimate_of(x, COUNT);
-    assert_within(e.mean, rate, 3 * e.error);
+    assert_near(e.mean, rate, 3 * e.error);
     for (int64_t i = 0; i + 1 < COUNT; i++)
         x[i] = (happens(&s[i]) - rate) * (happens(&s[i + 1]) - rate) / (rate * (1 - rate));
     e = estimate_of(x, COUNT);
-    assert_within(e.mean, corr, 3 * e.error);
+    assert_near(e.mean, corr, 3 * e.error);
     free(x);
     free(s);
     free(link);
@@ -110,7 +110,7 @@ static void a_gap_and_a_share(void **state)
     }
     double mean = 4 - 1 + 4, variance = 0.75 / (0.25 * 0.25); /* of the distance */
     assert_int_equal(least, 4);
-    assert_within((double)(last + 1) / (double)picked, mean, 3 * sqrt(variance / (double)picked));
+    assert_near((double)(last + 1) / (double)picked, mean, 3 * sqrt(variance / (double)picked));
     free(s);
     free(link);
 }
@@ -165,7 +165,7 @@ static void corrupted_packets_do_not_arrive(void **state)
     assert_int_equal(stats->corrupted, corrupted);
     assert_int_equal(ll_link_put_on_way(stats), arrive);
     double n = COUNT / 10.0;
-    assert_within((double)both / n, 0.09, 3 * sqrt(0.09 * 0.91 / n));
+    assert_near((double)both / n, 0.09, 3 * sqrt(0.09 * 0.91 / n));
     free(link);
 }
 

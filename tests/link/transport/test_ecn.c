@@ -108,7 +108,7 @@ static void throughput_falls_with_the_root_of_the_share(void **state)
             double mean = sum / RUNS, error = sqrt((squares / RUNS - mean * mean) / (RUNS - 1));
             print_message("kind %d, %g %%: %.3f +- %.3f of the law\n", kinds[k], 100 * shares[i], mean,
                           error);
-            assert_within(mean, 1, 3 * error + 0.05);
+            assert_near(mean, 1, 3 * error + 0.05);
         }
 }
 
@@ -133,8 +133,8 @@ static void watch_window(road *r, double ms, reductions *all)
         if (share >= 1)
             continue;
         all->count++;
-        all->least = fmin(all->least, share);
-        all->most = fmax(all->most, share);
+        all->least = smaller(all->least, share);
+        all->most = larger(all->most, share);
     }
 }
 

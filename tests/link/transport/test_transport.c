@@ -10,6 +10,7 @@
 
 #include "base/rng.h"
 #include "link/transport/pipe.h"
+#include "support/near.h"
 #include "support/stride.h"
 
 #define SECONDS(s) ((ll_time)((s)*1e9))
@@ -218,12 +219,12 @@ static void streams_block_less(void **state)
         line many = measure(LL_TRANSPORT_WEBRTC, LL_DELIVERY_BY_TYPE, streams, t, d, 0.01, 36000);
         double extra = many.loss * (n * late - step * n * (n - 1) / 2);
         assert_true(many.extra_ms < before);
-        assert_true(fabs(many.extra_ms / extra - 1) < 0.1);
+        assert_near(many.extra_ms / extra, 1, 0.1);
         before = many.extra_ms;
     }
     line none = measure(LL_TRANSPORT_WEBRTC, LL_DELIVERY_UNORDERED, 8, t, d, 0.01, 36000);
-    assert_true(fabs(none.delayed / none.loss - 1) < 0.05); /* only what was lost itself */
-    assert_true(fabs(none.extra_ms / (none.loss * late) - 1) < 0.1);
+    assert_near(none.delayed / none.loss, 1, 0.05); /* only what was lost itself */
+    assert_near(none.extra_ms / (none.loss * late), 1, 0.1);
 }
 
 /* At 10 Hz three later packets come after the timer. It runs from the last acknowledgement, which the other
@@ -247,10 +248,11 @@ static void quic_finds_losses_by_packets_or_time(void **state)
     const double d = 100;
     (void)state;
     for (int i = 0; i < 3; i++) {
-        double t = intervals[i], after = fmax(t + 2 * d, 9 / 8.0 * 2 * d), late = fmin(3 * t + 2 * d, after);
+        double t = intervals[i], after = larger(t + 2 * d, 9 / 8.0 * 2 * d),
+               late = smaller(3 * t + 2 * d, after);
         line quic = measure(LL_TRANSPORT_QUIC, LL_DELIVERY_UNORDERED, 1, t, d, 0.005, 36000);
-        assert_true(fabs(quic.delayed / quic.loss - 1) < 0.05);
-        assert_true(fabs(quic.extra_ms / (quic.loss * late) - 1) < 0.1);
+        assert_near(quic.delayed / quic.loss, 1, 0.05);
+        assert_near(quic.extra_ms / (quic.loss * late), 1, 0.1);
     }
 }
 
@@ -287,8 +289,8 @@ static void reno_has_its_throughput(void **state)
         double want = sqrt(1000 * 1140.0) / 0.1 * sqrt(1.5 / losses[i]);
         double tcp = throughput(LL_TRANSPORT_TCP, LL_CONGESTION_RENO, losses[i], 50, 200);
         double quic = throughput(LL_TRANSPORT_QUIC, LL_CONGESTION_RENO, losses[i], 50, 200);
-        assert_true(fabs(tcp / want - 1) < 0.15);
-        assert_true(fabs(quic / want - 1) < 0.15);
+        assert_near(tcp / want, 1, 0.15);
+        assert_near(quic / want, 1, 0.15);
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 #define PERIOD (LL_SECOND / 60)
@@ -22,7 +23,7 @@ static void time_is_shifted_exactly_and_within_a_tenth(void **state)
             ll_dilate_time(&c);
             ll_time frame = PERIOD + c.ticks.clock.epoch - before;
             assert_true(c.inputs.scale >= 0.9 - 1e-7 && c.inputs.scale <= 1.1 + 1e-7);
-            assert_true(fabs(c.inputs.scale - (double)PERIOD / (double)frame) < 1e-12);
+            assert_near(c.inputs.scale, (double)PERIOD / (double)frame, 1e-12);
             assert_true((c.inputs.scale >= 1) == (clock_correction >= 0));
         }
         assert_int_equal(c.ticks.clock.epoch, -clock_correction);
@@ -48,8 +49,8 @@ static watch run_watching(scene *s, double until_s)
     while (c->ticks.due <= (ll_time)(until_s * 1e9)) {
         scene_run(s, ll_to_s(c->ticks.due), NULL);
         double scale = last > 0 ? (double)c->ticks.period / (double)(c->ticks.last - last) : 1;
-        w.worst = scale < w.worst ? scale : w.worst;
-        w.best = scale > w.best ? scale : w.best;
+        w.worst = smaller(w.worst, scale);
+        w.best = larger(w.best, scale);
         w.doubled += last > 0 && c->inputs.seq != seq + 1;
         last = c->ticks.last;
         seq = c->inputs.seq;
@@ -160,7 +161,7 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         double ticks = rises[i] * 60 / 1000;
         assert_int_equal(input_history->doubled, 0);
         assert_true(c->connection.clock.snaps >= 1);
-        assert_true(fabs((double)(c->inputs.tick - c->ticks.number - ahead) - ticks) <= 1);
+        assert_near((double)(c->inputs.tick - c->ticks.number - ahead), ticks, 1);
         assert_int_equal((int64_t)c->inputs.seq - c->ticks.number - numbers,
                          c->inputs.tick - c->ticks.number - ahead); /* together */
         run_watching(&s, 15);
@@ -172,7 +173,7 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         change_lag(&s, 50);
         run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
         assert_in_range(client_slot->snapshots.last_slack, 1, 2);
-        assert_true(fabs((double)input_history->left_out - ticks) <= 1);
+        assert_near((double)input_history->left_out, ticks, 1);
         assert_int_equal(client_slot->counts.late, late);
         scene_close(&s);
     }

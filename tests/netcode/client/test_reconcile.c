@@ -7,6 +7,7 @@
 #include "game/games/games.h"
 #include "netcode/client/agree.h"
 #include "netcode/client/scope.h"
+#include "support/near.h"
 #include "support/scene.h"
 #include "support/stride.h"
 
@@ -258,7 +259,7 @@ static void own_entity_is_drawn_within_the_tolerance(void **state)
                 if (pushed > newest)
                     continue;
                 assert_true(error <= tolerances[i]);
-                most[i] = error > most[i] ? error : most[i];
+                most[i] = larger(most[i], error);
             }
             replays[i] += l->client_metrics->input_history.replays;
             free_lone(l);
@@ -280,7 +281,7 @@ static void errors_do_not_add_up_unseen(void **state)
         for (int k = 1; k <= FRAMES; k++) {
             int newest = drive(l, t, k, delay, third);
             double error = at(&t->state[k])->entity[0].x - ll_client_rendered(l->client)->entity[0].x;
-            assert_true(fabs(error) <= tolerances[i] + bias * (k - newest) + 1e-9);
+            assert_near(error, 0, tolerances[i] + bias * (k - newest) + 1e-9);
         }
         assert_in_range(l->client_metrics->input_history.replays,
                         (uintmax_t)(FRAMES * bias / tolerances[i] / 2),
@@ -345,7 +346,7 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
         ll_summary error = ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]);
         sum.replays += in->input_history.replays;
         sum.corrections += in->corrections.count;
-        sum.timeline_rms = error.rms > sum.timeline_rms ? error.rms : sum.timeline_rms;
+        sum.timeline_rms = larger(sum.timeline_rms, error.rms);
     }
     scene_close(&s);
     return sum;
@@ -515,7 +516,7 @@ static void a_standing_prediction_is_within_the_tolerance_of_a_replay(void **sta
             double off =
                 c->inputs.acked == 0 ? 0 : fabs(world->entity[0].x - ll_client_predicted(c)->entity[0].x);
             assert_true(off <= tolerances[k / 6] + 1e-9);
-            most = off > most ? off : most;
+            most = larger(most, off);
         }
         /* In lockstep no input is lost. In the demo a lost one is a quarter of a metre, and with a bit for
          * each input the client waits for it, after those that overtook it: then all are replayed. */

@@ -1,15 +1,11 @@
 /* The metrics of a client, against values computed by hand. */
 #include "netcode/observe/player_observer.h"
 #include "netcode/toy.h"
+#include "support/near.h"
 
 static ll_summary of(const lone *l, ll_metric metric)
 {
     return ll_histogram_summary(&l->client_metrics->histogram[metric]);
-}
-
-static bool near(double a, double b)
-{
-    return fabs(a - b) < 1e-9;
 }
 
 /* ---- acknowledgement time: what the client measures itself ---- */
@@ -44,9 +40,11 @@ static void acknowledgements_take_a_round_trip(void **state)
         run_latencies(l, 3);
         ll_summary ack_rtt = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
         assert_int_equal(ack_rtt.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
-        assert_true(near(ack_rtt.mean, 160.0 / 3) && ack_rtt.max == 65);
+        assert_near(ack_rtt.mean, 160.0 / 3, 1e-9);
+        assert_true(ack_rtt.max == 65);
         assert_int_equal(open.count, 6); /* 1, 2, 3, 4, then 5 - 2, then 6 - 3 */
-        assert_true(near(open.mean, 16.0 / 6) && open.max == 4);
+        assert_near(open.mean, 16.0 / 6, 1e-9);
+        assert_true(open.max == 4);
         free_lone(l);
     }
 }
@@ -128,7 +126,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     give(l, &back, 6 * LL_MS);
     frame(l, 6 * LL_MS, NULL);
     assert_true(l->client_metrics->last.correction == -3 && l->client_metrics->corrections.count == 2);
-    assert_true(near(of(l, LL_METRIC_CORRECTION).mean, 4));
+    assert_near(of(l, LL_METRIC_CORRECTION).mean, 4, 1e-9);
     assert_true(last.count == 2 && last.event.value == -3);
     free_lone(l);
 }
@@ -167,12 +165,13 @@ static void views_are_held_against_the_truth(void **state)
     assert_true(l->client_metrics->last.own_lead == -5);
     assert_true(of(l, LL_METRIC_OWN_LEAD).count == 1 && of(l, LL_METRIC_OWN_LEAD).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
-    assert_true(near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0));
+    assert_near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0, 1e-9);
     assert_true(l->client_metrics->last.remote_error == 5); /* the larger: -4 is to the right of -8 */
     assert_true(of(l, LL_METRIC_VIEW_AGE).count == 2 && of(l, LL_METRIC_VIEW_AGE).mean == 50);
     assert_true(l->client_metrics->last.view_age == 50);
-    assert_true(of(l, LL_METRIC_TIMELINE_ERROR).count == 2 && near(of(l, LL_METRIC_TIMELINE_ERROR).max, 2));
-    assert_true(near(of(l, LL_METRIC_TIMELINE_ERROR).mean, 1));
+    assert_true(of(l, LL_METRIC_TIMELINE_ERROR).count == 2);
+    assert_near(of(l, LL_METRIC_TIMELINE_ERROR).max, 2, 1e-9);
+    assert_near(of(l, LL_METRIC_TIMELINE_ERROR).mean, 1, 1e-9);
     assert_int_equal(of(l, LL_METRIC_BUFFER).count, 0); /* nothing is interpolated */
 
     shown->entity[1].x = 2; /* now the larger, and to the left */
@@ -222,10 +221,10 @@ static void smoothness_is_of_differences(void **state)
     }
     const ll_smoothness *s = &l->client_metrics->track[1].smooth;
     assert_int_equal(s->frames, 5);
-    assert_true(near(s->acceleration, 16 + 144 + 16 + 144 + 64));
-    assert_true(near(s->jerk, 0 + 1024 + 256 + 1024 + 1600));
-    assert_true(near(s->step_max, 3));
-    assert_true(near(s->truth_step_sum, 4));
+    assert_near(s->acceleration, 16 + 144 + 16 + 144 + 64, 1e-9);
+    assert_near(s->jerk, 0 + 1024 + 256 + 1024 + 1600, 1e-9);
+    assert_near(s->step_max, 3, 1e-9);
+    assert_near(s->truth_step_sum, 4, 1e-9);
     assert_int_equal(s->moving, 4);
     assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth moved; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
@@ -256,9 +255,9 @@ static void animation_errs_by_the_step_beyond_the_speed(void **state)
     const double x[] = {0, 3, 6, 6, 8}, vx[] = {6, 6, 6, 6, 8}, off[] = {-1, 0, 0, 3, 2};
     ll_smoothness s = {0};
     for (int i = 0; i < 5; i++)
-        assert_true(
-            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, (double[]){i, 0}, 0.5),
-                 off[i]));
+        assert_near(
+            ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, (double[]){i, 0}, 0.5),
+            off[i], 1e-9);
 }
 
 /* More than two still displays in a row while the truth moves are one hitch, of any length. */
@@ -294,7 +293,7 @@ static void corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen(void **
         ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_MS);
         assert_int_equal(l->client_metrics->corrections.visible_m_all.count, count[i]);
     }
-    assert_true(near(l->client_metrics->corrections.visible_m_all.sum, 0.21 + 0.31));
+    assert_near(l->client_metrics->corrections.visible_m_all.sum, 0.21 + 0.31, 1e-9);
     ll_client_metrics_frame(l->client_metrics, l->client, &real, 5 * LL_MS); /* nothing moved since */
     assert_int_equal(l->client_metrics->corrections.visible_m_all.count, 2);
     free(truth);

@@ -1,13 +1,9 @@
 /* Inconsistency, against values computed by hand. */
 #include "netcode/observe/player_observer.h"
 #include "netcode/toy.h"
+#include "support/near.h"
 
 #define STEP (20 * LL_MS)
-
-static bool near(double a, double b)
-{
-    return fabs(a - b) < 1e-12;
-}
 
 /* Distances of 20 ms each; a divergence episode must last five of them. */
 static ll_inconsistency of(const double *distances, int count)
@@ -26,10 +22,14 @@ static void divergence_episodes_count_from_their_start(void **state)
                  at_the_edge[] = {0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1},
                  two[] = {1, 1, 1, 1, 1, 1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2};
     ll_inconsistency a = of(five, 7), b = of(four, 11), c = of(at_the_edge, 7), d = of(two, 12);
-    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.episodes == 1);
+    assert_near(a.sum, 15 * 0.02, 1e-12);
+    assert_true(a.time == 5 * STEP);
+    assert_true(a.episodes == 1);
     assert_true(b.sum == 0 && b.time == 0 && b.episodes == 0); /* none lasts long enough */
     assert_true(c.episodes == 0);                              /* not above */
-    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.episodes == 2);
+    assert_near(d.sum, (6 + 5 * 0.2) * 0.02, 1e-12);
+    assert_true(d.time == 11 * STEP);
+    assert_true(d.episodes == 2);
 }
 
 /* An episode that has not ended counts up to now. */
@@ -40,7 +40,7 @@ static void open_divergence_episodes_count_too(void **state)
     for (int i = 0; i < 50; i++) {
         distances[i] = 0.5 + i;
         ll_inconsistency total = of(distances, i + 1);
-        assert_true(near(total.sum, i < 4 ? 0 : (i + 1) * (i + 1) * 0.5 * 0.02));
+        assert_near(total.sum, i < 4 ? 0 : (i + 1) * (i + 1) * 0.5 * 0.02, 1e-12);
         assert_int_equal(total.time, i < 4 ? 0 : (i + 1) * STEP);
     }
 }
@@ -67,7 +67,7 @@ static void views_are_compared_with_the_farthest(void **state)
     for (int f = 0; f < 10; f++)
         ll_client_metrics_between(in, clients, 3, f * STEP, STEP);
     for (int i = 0; i < 3; i++) {
-        assert_true(near(in[i]->clients.sum, farthest[i] * 10 * 0.02));
+        assert_near(in[i]->clients.sum, farthest[i] * 10 * 0.02, 1e-12);
         assert_int_equal(in[i]->clients.time, 2 * 10 * STEP); /* of two entities */
         assert_int_equal(in[i]->clients.episodes, 2);
         assert_int_equal(in[i]->server.episodes, 0);
@@ -93,7 +93,7 @@ static void views_are_compared_with_the_truth(void **state)
         ll_client_metrics_frame(l->client_metrics, l->client, &(ll_truth){.world = world, .history = truth},
                                 f * STEP);
     }
-    assert_true(near(l->client_metrics->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
+    assert_near(l->client_metrics->server.sum, (8 * 0.3 + 6 * 2) * 0.02, 1e-12);
     assert_int_equal(l->client_metrics->server.time, 14 * STEP);
     assert_int_equal(l->client_metrics->server.episodes, 2);
     free(truth);

@@ -11,6 +11,7 @@
 
 #include "base/rng.h"
 #include "netcode/reckoning/reckoning.h"
+#include "support/near.h"
 
 typedef struct pair {
     ll_reckoning *sender, *receiver; /* of their own: they share nothing but messages */
@@ -118,11 +119,12 @@ static result watch(motion *of, ll_reckoning_params params, int delay_ms, int se
         if (ms > 1000) {
             double jump = hypot(e.x - before.x, e.y - before.y), vx = (e.x - before.x) * 1000,
                    vy = (e.y - before.y) * 1000;
-            all.worst_m = fmax(all.worst_m, hypot(e.x - truth.x, e.y - truth.y));
-            all.largest_jump_m = fmax(all.largest_jump_m, jump);
-            all.fastest_mps = fmax(all.fastest_mps, jump * 1000);
+            all.worst_m = larger(all.worst_m, hypot(e.x - truth.x, e.y - truth.y));
+            all.largest_jump_m = larger(all.largest_jump_m, jump);
+            all.fastest_mps = larger(all.fastest_mps, jump * 1000);
             if (ms > 1002)
-                all.largest_kick_mps = fmax(all.largest_kick_mps, hypot(vx - velocity.vx, vy - velocity.vy));
+                all.largest_kick_mps =
+                    larger(all.largest_kick_mps, hypot(vx - velocity.vx, vy - velocity.vy));
             velocity.vx = vx;
             velocity.vy = vy;
         }
@@ -174,7 +176,7 @@ static void constant_acceleration_is_sent_at_its_period(void **state)
         assert_true(r.worst_m <= cases[i].a * (t + d + 0.001) * (t + d + 0.001) / 2 + 1e-9);
         assert_true(r.worst_m > worst - cases[i].a * (t + d) * 0.001);
         if (i == 0)
-            assert_true(fabs(r.worst_m - 1.21) < 0.005);
+            assert_near(r.worst_m, 1.21, 0.005);
         assert_int_equal(r.heartbeats, 0);
     }
 }
@@ -211,7 +213,7 @@ static void a_circle_is_sent_at_its_period(void **state)
             if (x * x + y * y > 1)
                 break;
         }
-    assert_true(fabs(t - 0.633) < 0.001);
+    assert_near(t, 0.633, 0.001);
     result spin = watch(circling, by("velocity_spin", 1, SNAP), 50, 30);
     result velocity = watch(circling, by("velocity", 1, SNAP), 50, 30);
     double turned = 3 * M_PI / 180 / 0.5;
@@ -232,13 +234,14 @@ static void a_straight_line_sends_heartbeats_only(void **state)
         result r = watch(straight, by(models[i], 1, LINEAR), 200, 31);
         assert_int_equal(r.updates, 6);
         assert_int_equal(r.heartbeats, 6);
-        assert_true(r.worst_m < 1e-9 && fabs(r.fastest_mps - 13) < 1e-6);
+        assert_true(r.worst_m < 1e-9);
+        assert_near(r.fastest_mps, 13, 1e-6);
     }
     ll_reckoning_params never = by("velocity", 1, LINEAR);
     never.heartbeat_s = 0;
     assert_int_equal(watch(straight, never, 200, 31).updates, 0);
     result still = watch(straight, by("static", 1, SNAP), 0, 20);
-    assert_true(fabs(still.interval_s - 1 / 13.0) < 0.002);
+    assert_near(still.interval_s, 1 / 13.0, 0.002);
 }
 
 /* ---- convergence ---- */
@@ -268,15 +271,15 @@ static void convergences_end_where_they_should(void **state)
         const ll_convergence *c = ll_convergences[i];
         double rate, ignored;
         double begin = c->left(e, u, tau, 0, &rate);
-        assert_true(fabs(begin - (i == SNAP ? 0 : e)) < 1e-12);
+        assert_near(begin, (i == SNAP ? 0 : e), 1e-12);
         assert_true(i < CUBIC || fabs(rate - (i == CUBIC ? u : u - e / tau)) < 1e-12);
-        assert_true(fabs(c->left(e, u, tau, tau, &rate)) < 1e-12);
+        assert_near(c->left(e, u, tau, tau, &rate), 0, 1e-12);
         assert_true(i != CUBIC || fabs(rate) < 1e-12);
         for (double t = 0.05; t < tau; t += 0.05) {
             c->left(e, u, tau, t, &rate);
             double slope =
                 (c->left(e, u, tau, t + h, &ignored) - c->left(e, u, tau, t - h, &ignored)) / (2 * h);
-            assert_true(fabs(slope - rate) < 1e-6);
+            assert_near(slope, rate, 1e-6);
         }
     }
 }
@@ -502,7 +505,8 @@ static void both_implementations_draw_the_same(void **state)
                 double want[4];
                 naive_drawn(n, ll_to_s(at), want);
                 ll_entity got = drawn(&p, at);
-                assert_true(fabs(got.x - want[0]) < 1e-9 && fabs(got.y - want[1]) < 1e-9);
+                assert_near(got.x, want[0], 1e-9);
+                assert_near(got.y, want[1], 1e-9);
                 compared++;
             }
         }

@@ -8,12 +8,13 @@
 
 #include "base/rng.h"
 #include "netcode/server/aim_snaps.h"
+#include "support/near.h"
 
 static void numbers_are_those_of_the_ratio(void **state)
 {
     (void)state;
-    assert_true(fabs(LL_AIM_SNAP - log(0.3 / 0.01)) < 1e-14);
-    assert_true(fabs(LL_AIM_TURN - log(0.7 / 0.99)) < 1e-14);
+    assert_near(LL_AIM_SNAP, log(0.3 / 0.01), 1e-14);
+    assert_near(LL_AIM_TURN, log(0.7 / 0.99), 1e-14);
 }
 
 /* Tests in a row at a share `p` of snaps; returns the share of alarms. */
@@ -80,7 +81,7 @@ static void a_jump_counts_by_its_way_and_time(void **state)
             range r = new_range();
             input(&r, ms[k], offs[i], false);
             double rate = input(&r, ms[k], 0.3, true), want = (offs[i] - 1) / (ms[k] / 1e3);
-            assert_true(fabs(rate - want) < 1e-3 * want + 1e-3);
+            assert_near(rate, want, 1e-3 * want + 1e-3);
             assert_true(input(&r, ms[k], 0.2, true) < 0); /* once only */
         }
 }

@@ -11,6 +11,7 @@
 
 #include "base/rng.h"
 #include "netcode/server/detect.h"
+#include "support/near.h"
 
 static const double honest = 0.001, cheat = 0.1, alpha = 1e-4, beta = 0.01;
 
@@ -19,10 +20,10 @@ static const double honest = 0.001, cheat = 0.1, alpha = 1e-4, beta = 0.01;
 static void numbers_are_those_of_the_ratio(void **state)
 {
     (void)state;
-    assert_true(fabs(LL_SPRT_HIT - log(cheat / honest)) < 1e-14);
-    assert_true(fabs(LL_SPRT_MISS - log((1 - cheat) / (1 - honest))) < 1e-14);
-    assert_true(fabs(LL_SPRT_ALARM - log((1 - beta) / alpha)) < 1e-14);
-    assert_true(fabs(LL_SPRT_CLEAR - log(beta / (1 - alpha))) < 1e-14);
+    assert_near(LL_SPRT_HIT, log(cheat / honest), 1e-14);
+    assert_near(LL_SPRT_MISS, log((1 - cheat) / (1 - honest)), 1e-14);
+    assert_near(LL_SPRT_ALARM, log((1 - beta) / alpha), 1e-14);
+    assert_near(LL_SPRT_CLEAR, log(beta / (1 - alpha)), 1e-14);
 }
 
 typedef struct course {
@@ -91,9 +92,9 @@ static void trials_until_a_decision_are_as_computed(void **state)
         double bound = i == 0 ? (1 - alpha) * LL_SPRT_CLEAR + alpha * LL_SPRT_ALARM
                               : (1 - beta) * LL_SPRT_ALARM + beta * LL_SPRT_CLEAR;
         course want = exact(ps[i]), got = simulated(ps[i], tests[i]);
-        assert_true(fabs(bound / step - wald[i]) < 0.05);
-        assert_true(fabs(want.end - want.trials * step) < 1e-9 * want.trials);
-        assert_true(fabs(got.trials - want.trials) <= 4 * want.deviation / sqrt(tests[i]));
+        assert_near(bound / step, wald[i], 0.05);
+        assert_near(want.end, want.trials * step, 1e-9 * want.trials);
+        assert_near(got.trials, want.trials, 4 * want.deviation / sqrt(tests[i]));
         double excess = i == 0 ? -LL_SPRT_MISS : LL_SPRT_HIT; /* a sum is at most one step beyond a bound */
         assert_true(want.trials >= wald[i] - 0.05 && want.trials <= wald[i] + excess / fabs(step));
     }
@@ -107,7 +108,7 @@ static void errors_are_rarer_than_promised(void **state)
     assert_true(exact(honest).alarm <= alpha && 1 - exact(cheat).alarm <= beta);
     assert_true(good.alarm <= alpha + 3 * sqrt(alpha / TESTS));
     assert_true(1 - bad.alarm <= beta + 3 * sqrt(beta / (TESTS / 10.0)));
-    assert_true(fabs(good.alarm - exact(honest).alarm) <= 4 * sqrt(alpha / TESTS));
+    assert_near(good.alarm, exact(honest).alarm, 4 * sqrt(alpha / TESTS));
 }
 
 /* Two players face each other across the line x = 30, where a wall of 6 m stands; body 1 rises above it. */
@@ -228,7 +229,7 @@ static void the_sum_grows_with_the_excess(void **state)
     const double excess[] = {1, 0.5, 0.2, 0.1, 0.05, 0.01};
     for (int i = 0; i < 6; i++) {
         double want = 80 / (60 * (excess[i] - 1e-3)), got = alarm_at(60 * (1 + excess[i]), 2 * want + 5, 0);
-        assert_true(fabs(got - want) <= 0.02 * want + 0.05);
+        assert_near(got, want, 0.02 * want + 0.05);
     }
     assert_true(alarm_at(60, 3600, 0) < 0);
     assert_true(alarm_at(60 * 1.0005, 3600, 0) < 0); /* the fastest clock */

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "base/rng.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 static ll_rule judge(double x, double y, double budget_use)
@@ -100,7 +101,7 @@ static void honest_inputs_are_within_their_time(void **state)
             ll_time_spend(&late, &pressed, HZ(50), now);
             ll_time_spend(&stalled, &tick, HZ(50), came);
             for (int i = 0; i < 3; i++)
-                most[i] = use[i] > most[i] ? use[i] : most[i];
+                most[i] = larger(most[i], use[i]);
             last = now;
         }
         assert_true(most[0] <= 1.01 / 80 && most[1] <= 1.26 / 80);

@@ -6,6 +6,7 @@
 #include "netcode/snapshot/priority.h"
 #include "netcode/snapshot/select.h"
 #include "support/link.h"
+#include "support/near.h"
 
 /* ---- priority accumulators alone ---- */
 
@@ -379,9 +380,9 @@ static void area_is_complete(net *n, int client, const ll_snapshot_entry *snapsh
         bool unknown = got->entity[i].flags & LL_ENTITY_UNKNOWN;
         if (i == client || snapshot->tick % 150 == 0)
             continue; /* sent twice, and then empty */
-        if (distance <= 30 && (unknown || !is_state(n, &got->entity[i], snapshot->tick, i)))
+        if (!(distance > 30) && (unknown || !is_state(n, &got->entity[i], snapshot->tick, i)))
             fail_msg("client %d lacks entity %d, %g m away", client, i, distance);
-        if (distance > 35.001 && !unknown)
+        if (!(distance <= 35.001) && !unknown)
             fail_msg("client %d has entity %d, %g m away", client, i, distance);
     }
 }

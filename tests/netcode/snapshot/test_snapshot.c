@@ -12,6 +12,7 @@
 #include "base/rng.h"
 #include "netcode/snapshot/replica.h"
 #include "netcode/snapshot/snapshot.h"
+#include "support/near.h"
 
 #define ENTITIES 40
 #define TAIL 24
@@ -270,8 +271,7 @@ static ll_world *moved(const ll_world *from, uint64_t seed)
 static void check_member(double got, double true_value, float step)
 {
     /* half a step, and the rounding of a product and a quotient */
-    if (fabs(got - true_value) > 0.5 * (double)step + 4e-16 * fabs(true_value))
-        fail_msg("%.17g for %.17g is more than half of %g off", got, true_value, (double)step);
+    assert_near(got, true_value, 0.5 * (double)step + 4e-16 * fabs(true_value));
 }
 
 static void check_world(const ll_world *got, const ll_world *real, const ll_quantization *grid, int self)

@@ -1,5 +1,6 @@
 /* The others as drawn: between which snapshots, and at which time. */
 #include "netcode/drawn.h"
+#include "support/near.h"
 
 /* What is drawn lies on the line between the two snapshots around its time, by a search from the
  * beginning. */
@@ -12,9 +13,9 @@ static void is_between_its_states(const view *v)
     int64_t a = v->order[i], b = i + 1 < v->taken ? v->order[i + 1] : a;
     assert_true(v->time[a] <= t && (a == b || v->time[b] > t));
     double alpha = a == b ? 0 : (double)(t - v->time[a]) / (double)(v->time[b] - v->time[a]);
-    assert_true(fabs(other(v)->x - (v->x[a] + alpha * (v->x[b] - v->x[a]))) < 1e-9);
-    assert_true(fabs(v->l->client->drawing.alpha - alpha) < 1e-12);
-    assert_true(fabs(v->l->client->drawing.buffer_ms - ll_to_ms(newest_time(v) - t)) < 1e-9);
+    assert_near(other(v)->x, (v->x[a] + alpha * (v->x[b] - v->x[a])), 1e-9);
+    assert_near(v->l->client->drawing.alpha, alpha, 1e-12);
+    assert_near(v->l->client->drawing.buffer_ms, ll_to_ms(newest_time(v) - t), 1e-9);
 }
 
 /* ---- a steady link ---- */
@@ -352,7 +353,7 @@ static void demo_interpolates_between_arrivals(void **state)
         /* x is (arrival - 100) / 10: what is drawn grows evenly, except where no pair brackets the time. */
         bool bracketed = ms >= 100 && ms < 400 && !(now < 320 * LL_MS && ms >= 190);
         assert_int_equal(held, !bracketed);
-        assert_true(fabs(drawn - (bracketed ? (ms - 100) / 10 : last)) < 1e-9);
+        assert_near(drawn, (bracketed ? (ms - 100) / 10 : last), 1e-9);
         held_frames += held;
         last = drawn;
     }

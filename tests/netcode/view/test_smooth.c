@@ -1,5 +1,6 @@
 /* Prediction smoothing: in the view, by half-lives, at any frame rate; never in the state. */
 #include "netcode/drawn.h"
+#include "support/near.h"
 
 #define HALF_LIFE 80 /* ms */
 
@@ -41,8 +42,9 @@ static void errors_halve_in_a_half_life(void **state)
             frame(l, now, NULL);
             double want = 2 - 2 * exp2(-(ll_to_ms(now) - last_ms) / HALF_LIFE);
             const ll_entity *e = &ll_client_rendered(l->client)->entity[0];
-            assert_true(fabs(e->x - want) < 1e-12 && fabs(e->y + want / 4) < 1e-12 &&
-                        fabs(e->angle - want / 8) < 1e-12);
+            assert_near(e->x, want, 1e-12);
+            assert_near(e->y + want / 4, 0, 1e-12);
+            assert_near(e->angle, want / 8, 1e-12);
             assert_true(ll_client_predicted(l->client)->entity[0].x == 2); /* the state is right at once */
         }
         free_lone(l);
@@ -57,7 +59,7 @@ static void frames_may_be_uneven(void **state)
     const int at[] = {100, 101, 130, 131, 180, 400};
     for (size_t i = 0; i < sizeof at / sizeof at[0]; i++) {
         frame(l, at[i] * LL_MS, NULL);
-        assert_true(fabs(drawn(l) - 2 + 2 * exp2(-(at[i] - last_ms) / HALF_LIFE)) < 1e-12);
+        assert_near(drawn(l) - 2 + 2 * exp2(-(at[i] - last_ms) / HALF_LIFE), 0, 1e-12);
     }
     free_lone(l);
 }
@@ -78,9 +80,11 @@ static void pops_match_the_drawn_motion(void **state)
         frame(b, f * 20 * LL_MS, NULL);
     }
     const double size = 2 * sqrt(17.0 / 16); /* 2 m to the right, half a metre down */
-    assert_true(fabs(pops(a).max - size) < 1e-12 && pops(a).count == 200);
-    assert_true(fabs(pops(b).max - size * (1 - exp2(-20.0 / HALF_LIFE))) < 1e-12); /* the first part */
-    assert_true(fabs(pops(a).mean * 200 - size) < 1e-9 && fabs(pops(b).mean * 200 - size) < 1e-4);
+    assert_near(pops(a).max, size, 1e-12);
+    assert_true(pops(a).count == 200);
+    assert_near(pops(b).max, size * (1 - exp2(-20.0 / HALF_LIFE)), 1e-12); /* the first part */
+    assert_near(pops(a).mean * 200, size, 1e-9);
+    assert_near(pops(b).mean * 200, size, 1e-4);
     assert_true(drawn(b) == 2); /* bitwise in the end */
     free_lone(a);
     free_lone(b);
@@ -98,7 +102,7 @@ static void corrections_add_up(void **state)
         frame(l, f * 20 * LL_MS, NULL);
     }
     double rest = 2 * exp2(-60.0 / HALF_LIFE) - 1; /* drawn at 140 ms, relative to the correct 1 */
-    assert_true(fabs(drawn(l) - (1 - rest * exp2(-60.0 / HALF_LIFE))) < 1e-12);
+    assert_near(drawn(l), (1 - rest * exp2(-60.0 / HALF_LIFE)), 1e-12);
     free_lone(l);
 }
 
@@ -134,7 +138,7 @@ static void snapping_may_be_switched_on(void **state)
 /* 20 m/s to 1.9 s, then at rest: the extrapolation over the silence was wrong. */
 static double stopping_at(ll_time t)
 {
-    return 20 * fmin(ll_to_s(t), 1.9);
+    return 20 * smaller(ll_to_s(t), 1.9);
 }
 
 static void stopping(int64_t k, ll_time time, ll_entity *other)
@@ -156,7 +160,7 @@ static void look_stop(view *v)
 {
     double right = stopping_at(shown_time(v));
     if (v->now > LL_SECOND) {
-        worst_step = fmax(worst_step, fabs(other(v)->x - before - (before > 0 ? 20.0 / 60 : 0)));
+        worst_step = larger(worst_step, fabs(other(v)->x - before - (before > 0 ? 20.0 / 60 : 0)));
         last_error = other(v)->x - right;
     }
     before = other(v)->x;
@@ -183,12 +187,12 @@ static void wrong_extrapolations_are_corrected(void **state)
 {
     (void)state;
     const double error = 40.8 - (20 * 56.0 / 30 + 0.65 * (38 - 20 * 56.0 / 30)), frame_ms = 1000.0 / 60;
-    assert_true(fabs(run_over_the_stop(LL_CORRECTION_SNAP, 4 * LL_SECOND) - error) < 1e-6);
+    assert_near(run_over_the_stop(LL_CORRECTION_SNAP, 4 * LL_SECOND), error, 1e-6);
     double part = error * (1 - exp2(-frame_ms / HALF_LIFE));
-    assert_true(fabs(run_over_the_stop(LL_CORRECTION_SMOOTH, 4 * LL_SECOND) - part) < 1e-6);
+    assert_near(run_over_the_stop(LL_CORRECTION_SMOOTH, 4 * LL_SECOND), part, 1e-6);
     /* At 2500 ms, 20 frames after the wrong one; by then the drawn snapshot is at rest. */
     run_over_the_stop(LL_CORRECTION_SMOOTH, 2500 * LL_MS + 1);
-    assert_true(fabs(last_error - error * exp2(-20 * frame_ms / HALF_LIFE)) < 1e-5);
+    assert_near(last_error, error * exp2(-20 * frame_ms / HALF_LIFE), 1e-5);
 }
 
 static void steady(int64_t k, ll_time time, ll_entity *other)

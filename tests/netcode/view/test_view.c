@@ -3,6 +3,7 @@
 
 #include "game/games/games.h"
 #include "netcode/view/view.h"
+#include "support/near.h"
 
 /* ---- methods ---- */
 
@@ -58,7 +59,7 @@ static void hermite_keeps_its_bound(void **state)
         for (int k = 0; k <= 16; k++) {
             ll_entity a = {.x = sin(t0), .vx = cos(t0)}, b = {.x = sin(t0 + dt), .vx = cos(t0 + dt)}, out = a;
             ll_interpolation_hermite.between(&a, &b, k / 16.0, dt, &out);
-            worst = fmax(worst, fabs(out.x - sin(t0 + k / 16.0 * dt)));
+            worst = larger(worst, fabs(out.x - sin(t0 + k / 16.0 * dt)));
         }
     assert_true(worst <= dt * dt * dt * dt / 384);
     assert_true(worst > 0.95 * dt * dt * dt * dt / 384); /* the bound is nearly reached */
@@ -74,11 +75,11 @@ static void linear_is_off_by_its_bound(void **state)
         double s = k / 16.0;
         ll_entity truth = on_polynomials(fall, 0.2 + s * dt);
         ll_interpolation_linear.between(&p, &q, s, dt, &out);
-        assert_true(fabs(out.x - truth.x - a * dt * dt / 2 * s * (1 - s)) < 1e-14);
-        assert_true(fabs(out.vx - truth.vx) < 1e-13); /* the speed is linear, and so is its chord */
+        assert_near(out.x - truth.x, a * dt * dt / 2 * s * (1 - s), 1e-14);
+        assert_near(out.vx, truth.vx, 1e-13); /* the speed is linear, and so is its chord */
     }
     ll_interpolation_linear.between(&p, &q, 0.5, dt, &out);
-    assert_true(fabs(out.x - on_polynomials(fall, 0.2 + dt / 2).x - a * dt * dt / 8) < 1e-14);
+    assert_near(out.x - on_polynomials(fall, 0.2 + dt / 2).x, a * dt * dt / 8, 1e-14);
 }
 
 static double swing(ll_time t)
@@ -98,7 +99,7 @@ static double worst_off;
 static void look_off(view *v)
 {
     if (v->now > LL_SECOND / 2)
-        worst_off = fmax(worst_off, fabs(other(v)->x - swing(shown_time(v))));
+        worst_off = larger(worst_off, fabs(other(v)->x - swing(shown_time(v))));
 }
 
 /* As a client draws it: |a| <= 90 m/s2, |x''''| <= 810 m/s4, snapshots 1/30 s apart. */
@@ -152,9 +153,9 @@ static void look_silent(view *v)
     if (due - last <= 2 && last - due <= 2)
         return; /* to a nanosecond */
     assert_true(about(shown_time(v), want));
-    assert_true(fabs(other(v)->x - 20 * ll_to_s(want)) < 1e-6 &&
-                fabs(other(v)->y + 3 * ll_to_s(want)) < 1e-6);
-    assert_true(fabs(other(v)->angle - ll_to_s(want)) < 1e-7);
+    assert_near(other(v)->x, 20 * ll_to_s(want), 1e-6);
+    assert_near(other(v)->y + 3 * ll_to_s(want), 0, 1e-6);
+    assert_near(other(v)->angle, ll_to_s(want), 1e-7);
     assert_int_equal(shown_flags(v), flags);
     extrapolated += v->l->client->view.state == LL_VIEW_EXTRAPOLATING;
     held += v->l->client->view.state == LL_VIEW_STARVED;
@@ -172,7 +173,7 @@ static void extrapolation_ends_at_its_cap(void **state)
         v->l->config.extrapolation_ms = cap_ms = caps[i];
         extrapolated = held = 0;
         run(v, 5 * LL_SECOND, silent_from_2s, look_silent);
-        assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames per second */
+        assert_near(extrapolated, cap_ms * 0.06, 1); /* 60 frames per second */
         assert_true(held > 60);
         assert_int_equal(v->l->client_metrics->buffer.underruns,
                          1); /* one, whether extrapolation goes on or not */
@@ -194,7 +195,7 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
         v->l->config.extrapolation_ms = 250;
         run(v, 3 * LL_SECOND, lag_50, NULL);
         assert_true(about(shown_time(v), v->now - late[clock]));
-        assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
+        assert_near(other(v)->x, 20 * ll_to_s(v->now - late[clock]), 1e-6);
         assert_int_equal(v->l->client_metrics->buffer.underruns,
                          0); /* there is no buffer that could run empty */
         v->l->config.extrapolation_ms = 0;
@@ -314,9 +315,9 @@ static void adaptive_delay_follows_jitter(void **state)
     double n = (double)delay_states, interval = 1000.0 / RATE, deviation = JITTER * (1.25 / 2 + 1 / 7.5);
     double late = JITTER * (1 - 2.0 / 57), want = interval + 1.25 * deviation + late + 10;
     /* Within four times the standard error of 3450 snapshots. */
-    assert_true(fabs(gap_sum / n - interval) < 0.02 * JITTER);
-    assert_true(fabs(deviation_sum / n - deviation) < 0.04 * JITTER);
-    assert_true(fabs(late_sum / n - late) < 0.04 * JITTER);
+    assert_near(gap_sum / n, interval, 0.02 * JITTER);
+    assert_near(deviation_sum / n, deviation, 0.04 * JITTER);
+    assert_near(late_sum / n, late, 0.04 * JITTER);
     double mean = delay_sum / (double)delay_frames;
     assert_true(mean < want && mean > want - 2);
     assert_true(v->l->client_metrics->buffer.underruns <

@@ -3,6 +3,7 @@
 
 #include "ode/core/problem.h"
 #include "ode/harness.h"
+#include "support/near.h"
 
 typedef struct made {
     const ll_ode_problem *problem;
@@ -67,8 +68,8 @@ static void reaches(const char *problem, const char *method, double wanted)
     if (m.problem->exact == NULL || !m.problem->exact(m.params, m.problem->duration, reference))
         memcpy(reference, m.problem->reference, (size_t)m.ode.dim * sizeof(double));
     for (int i = 0; i < m.ode.dim; i++) {
-        most = fmax(most, fabs(ll_ode_y(s.run)[i] - reference[i]));
-        size = fmax(size, fabs(reference[i]));
+        most = larger(most, fabs(ll_ode_y(s.run)[i] - reference[i]));
+        size = larger(size, fabs(reference[i]));
     }
     if (!(most / size <= wanted))
         fail_msg("%s by %s: error %.3g, wanted %.3g", problem, method, most / size, wanted);
@@ -133,8 +134,10 @@ static void a_helix_in_space(void **state)
         double across = y0[3 + i] - along * axis[i];
         double v = along * axis[i] + across * cos(w * T) + cross * sin(w * T);
         double q = along * axis[i] * T + (across * sin(w * T) + cross * (1 - cos(w * T))) / w;
-        assert_true(fabs(y[3 + i] - v) < 1e-11 && fabs(y[i] - q) < 1e-11);
-        assert_true(fabs(boris[3 + i] - v) < 1e-7 && fabs(boris[i] - q) < 1e-7);
+        assert_near(y[3 + i], v, 1e-11);
+        assert_near(y[i], q, 1e-11);
+        assert_near(boris[3 + i], v, 1e-7);
+        assert_near(boris[i], q, 1e-7);
     }
 }
 
@@ -157,7 +160,7 @@ static void dense_output_is_as_good_as_the_steps(void **state)
             assert_int_equal(s.run->counters.evaluations, evaluations);
             m.problem->exact(m.params, t, exact);
             for (int j = 0; j < 4; j++)
-                assert_true(fabs(y[j] - exact[j]) < 1e-9);
+                assert_near(y[j], exact[j], 1e-9);
         }
         end(&s);
     }

@@ -1,6 +1,7 @@
 /* Errors of the oscillator at T = 10 after 1024 steps: known to four digits for every method, so that a wrong
  * coefficient, time or order of operations shows. */
 #include "ode/harness.h"
+#include "support/near.h"
 
 static const ll_ode oscillator = {.dim = 2, .acceleration = oscillator_a, .autonomous = true};
 static const double start[2] = {1, 0};
@@ -30,7 +31,7 @@ static void errors_of_the_oscillator_are_as_known(void **state)
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         double error = error_after(known[i].method, 1024, 0),
                unit = pow(10, floor(log10(known[i].error)) - 3);
-        if (fabs(error - known[i].error) > unit)
+        if (!is_near(error, known[i].error, unit))
             fail_msg("%s: error %.4g, known %.4g", known[i].method, error, known[i].error);
     }
 }
@@ -47,7 +48,7 @@ static void dopri5_at_a_fixed_step(void **state)
     const double *y = ll_ode_y(s.run);
     double error = hypot(y[0] - cos(10), y[1] + sin(10));
     assert_int_equal(s.run->counters.steps, 1024);
-    assert_true(fabs(error - 2.506e-13) < 1e-14); /* the rest is rounding */
+    assert_near(error, 2.506e-13, 1e-14); /* the rest is rounding */
     end(&s);
 }
 

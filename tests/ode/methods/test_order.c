@@ -6,6 +6,7 @@
 
 #include "ode/core/problem.h"
 #include "ode/harness.h"
+#include "support/near.h"
 
 enum { SAMPLES = 64 };
 
@@ -31,7 +32,7 @@ static ll_ode_control at_step(const ll_ode_method *method, double T, int n)
 {
     double dt = T / n;
     /* An iteration ends by the tolerance. */
-    double tolerance = strcmp(method->name, "radau5") == 0 ? fmin(0.1, 1000 * pow(dt, 6)) : 0.1;
+    double tolerance = strcmp(method->name, "radau5") == 0 ? smaller(0.1, 1000 * pow(dt, 6)) : 0.1;
     if (method->adaptive)
         return (ll_ode_control){.t_end = T, .tolerance = tolerance, .first_step = dt, .largest_step = dt};
     return (ll_ode_control){.t_end = T, .dt = dt};
@@ -56,7 +57,7 @@ static double largest_error(const made *m, const char *name, double T, int n)
     for (int i = 1; step(&s) != LL_ODE_DIVERGED; i++) {
         if (i % every == 0) {
             assert_true(m->problem->exact(m->params, s.run->t, exact));
-            most = fmax(most, distance(ll_ode_y(s.run), exact, m->ode.dim));
+            most = larger(most, distance(ll_ode_y(s.run), exact, m->ode.dim));
         }
         if (s.run->state == LL_ODE_FINISHED)
             break;

@@ -4,6 +4,7 @@
 
 #include "ode/core/problem.h"
 #include "ode/harness.h"
+#include "support/near.h"
 
 static const ll_ode oscillator = {.dim = 2, .acceleration = oscillator_a, .autonomous = true};
 static const double start[2] = {1, 0.3};
@@ -58,7 +59,7 @@ static void limits_of_the_undamped_oscillator(void **state)
     };
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         double found = limit(known[i].method, &oscillator, 0.9 * known[i].limit, 1.1 * known[i].limit);
-        if (fabs(found - known[i].limit) > 1e-3)
+        if (!is_near(found, known[i].limit, 1e-3))
             fail_msg("%s: limit %.5f, known %.5f", known[i].method, found, known[i].limit);
     }
 }
@@ -85,12 +86,12 @@ static void limits_of_the_damped_oscillator(void **state)
                              .autonomous = true,
                              .params = &zeta[j]};
             double want = known[i].limit[j], found = limit(known[i].method, &damped, 0.9 * want, 1.1 * want);
-            if (fabs(found - want) > 1e-3)
+            if (!is_near(found, want, 1e-3))
                 fail_msg("%s at %g: limit %.5f, known %.5f", known[i].method, zeta[j], found, want);
         }
     for (int j = 0; j < 5; j++) {
         double formula = 2 * (sqrt(1 + zeta[j] * zeta[j]) - zeta[j]);
-        assert_true(fabs(formula - known[0].limit[j]) < 5e-4);
+        assert_near(formula, known[0].limit[j], 5e-4);
     }
 }
 
@@ -114,13 +115,13 @@ static void amplitudes_per_step(void **state)
     for (int i = 0; i < 3; i++) {
         double z = steps[i];
         int n = i == 2 ? 20 : 100;
-        assert_true(fabs(factor("explicit_euler", z, n) / sqrt(1 + z * z) - 1) < 1e-12);
-        assert_true(fabs(factor("rk2", z, n) / sqrt(1 + z * z * z * z / 4) - 1) < 1e-12);
-        assert_true(fabs(factor("implicit_euler", z, n) * sqrt(1 + z * z) - 1) < 1e-12);
-        assert_true(fabs(factor("implicit_midpoint", z, n) - 1) < 1e-13);
-        assert_true(fabs(factor("trapezoid", z, n) - 1) < 1e-13);
+        assert_near(factor("explicit_euler", z, n) / sqrt(1 + z * z), 1, 1e-12);
+        assert_near(factor("rk2", z, n) / sqrt(1 + z * z * z * z / 4), 1, 1e-12);
+        assert_near(factor("implicit_euler", z, n) * sqrt(1 + z * z), 1, 1e-12);
+        assert_near(factor("implicit_midpoint", z, n), 1, 1e-13);
+        assert_near(factor("trapezoid", z, n), 1, 1e-13);
     }
-    assert_true(fabs(factor("rk4", 1, 100) - 0.9939) < 1e-4);
+    assert_near(factor("rk4", 1, 100), 0.9939, 1e-4);
     assert_true(factor("ab2", 0.1, 20000) > 1); /* always unstable, weakly */
 }
 
@@ -138,7 +139,7 @@ static void energy_of_a_million_steps(void **state)
         for (int n = 0; n < N; n++) {
             step(&s);
             const double *y = ll_ode_y(s.run);
-            most = fmax(most, fabs(y[0] * y[0] + y[1] * y[1] - 1));
+            most = larger(most, fabs(y[0] * y[0] + y[1] * y[1] - 1));
         }
         end(&s);
         assert_true(most < 0.11);
@@ -146,7 +147,7 @@ static void energy_of_a_million_steps(void **state)
     double y[2];
     solve("rk4", &oscillator, (const double[]){1, 0}, 1e5, N, 0, y);
     double kept = y[0] * y[0] + y[1] * y[1];
-    assert_true(fabs(log(kept) / (N * -1e-6 / 72) - 1) < 0.01); /* |R|^2 = 1 - z^6 / 72 + z^8 / 576 */
+    assert_near(log(kept) / (N * -1e-6 / 72), 1, 0.01); /* |R|^2 = 1 - z^6 / 72 + z^8 / 576 */
     solve("implicit_euler", &oscillator, (const double[]){1, 0}, 1e4, N / 10, 0, y);
     assert_true(y[0] * y[0] + y[1] * y[1] < 1e-300);
 }
@@ -163,9 +164,9 @@ static void prothero_robinson(void **state)
     double y0[1], y[1];
     problem->start(params, y0);
     solve("implicit_euler", &ode, y0, 10, 40, 0, y);
-    assert_true(fabs(y[0] - cos(10)) < 2e-5);
+    assert_near(y[0], cos(10), 2e-5);
     solve("implicit_midpoint", &ode, y0, 10, 40, 0, y);
-    assert_true(fabs(y[0] - cos(10)) < 2e-2);
+    assert_near(y[0], cos(10), 2e-2);
     static const char *const overflow[] = {"explicit_euler", "rk4"};
     for (int i = 0; i < 2; i++) {
         ll_ode_control control = {.t_end = 10, .dt = 1e-3};
@@ -179,7 +180,8 @@ static void prothero_robinson(void **state)
     static const char *const adaptive[] = {"rodas4", "rodas5p", "radau5", "radau9", "radau13"};
     for (int i = 0; i < 5; i++) {
         ll_ode_counters c = solve(adaptive[i], &ode, y0, 10, 0, 1e-8, y);
-        assert_true(fabs(y[0] - cos(10)) < 5e-6 && c.steps < 5000);
+        assert_near(y[0], cos(10), 5e-6);
+        assert_true(c.steps < 5000);
     }
     assert_true(solve("dopri5", &ode, y0, 10, 0, 1e-8, y).steps > 20000); /* stiffness is cost */
 }
@@ -207,7 +209,7 @@ static void the_spring_chain_holds_to_its_limit(void **state)
             setting s = begin(known[i].method, &ode, y0, &control);
             double most = 0;
             for (int n = 0; n < 4000 && step(&s) == LL_ODE_RUNNING; n++)
-                most = fmax(most, fabs(ll_ode_y(s.run)[0]));
+                most = larger(most, fabs(ll_ode_y(s.run)[0]));
             assert_true(side < 0 ? most < 10 : s.run->state == LL_ODE_DIVERGED || most > 1e10);
             end(&s);
         }

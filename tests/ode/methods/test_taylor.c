@@ -6,6 +6,7 @@
 #include "ode/core/problem.h"
 #include "ode/core/series.h"
 #include "ode/harness.h"
+#include "support/near.h"
 
 typedef struct made {
     const ll_ode_problem *problem;
@@ -51,7 +52,7 @@ static double size_of(const double *x, int n)
 {
     double most = 0;
     for (int i = 0; i < n; i++)
-        most = fmax(most, fabs(x[i]));
+        most = larger(most, fabs(x[i]));
     return most;
 }
 
@@ -70,7 +71,7 @@ static void the_series_satisfies_the_equations(const made *m, double t, const do
     for (int k = ORDER - 2; k <= ORDER; k++) {
         double last = size_of(series + k * stride, dim);
         if (last > 0)
-            h = fmin(h, pow(1e-14 * scale / (k * last), 1. / (k - 1)));
+            h = smaller(h, pow(1e-14 * scale / (k * last), 1. / (k - 1)));
     }
     for (int way = 0; way < 3; way++) {
         double at = way == 0 ? h : way == 1 ? h / 2 : -h;
@@ -124,7 +125,7 @@ static void coefficients_of_a_circle(void **state)
         factorial *= k;
         double want[4] = {turn[k % 4], turn[(k + 3) % 4], turn[(k + 1) % 4], turn[k % 4]};
         for (int i = 0; i < 4; i++)
-            assert_true(fabs(series[4 * k + i] * factorial - want[i]) < 1e-15 * pow(3, k));
+            assert_near(series[4 * k + i] * factorial, want[i], 1e-15 * pow(3, k));
     }
 }
 
@@ -140,7 +141,7 @@ static double error_at(double tolerance, double T, int n)
     double exact[2], most = 0;
     while (step(&s) == LL_ODE_RUNNING || s.run->state == LL_ODE_FINISHED) {
         m.problem->exact(m.params, s.run->t, exact);
-        most = fmax(most, hypot(ll_ode_y(s.run)[0] - exact[0], ll_ode_y(s.run)[1] - exact[1]));
+        most = larger(most, hypot(ll_ode_y(s.run)[0] - exact[0], ll_ode_y(s.run)[1] - exact[1]));
         if (s.run->state == LL_ODE_FINISHED)
             break;
     }
@@ -193,8 +194,8 @@ static double error_of(const made *m, double tolerance)
     if (m->problem->exact == NULL || !m->problem->exact(m->params, m->problem->duration, want))
         memcpy(want, m->problem->reference, (size_t)m->ode.dim * sizeof *want);
     for (int i = 0; i < m->ode.dim; i++)
-        most = fmax(most, fabs(y[i] - want[i]));
-    return most / fmax(size_of(want, m->ode.dim), 1e-3); /* the ball comes to rest at 0 */
+        most = larger(most, fabs(y[i] - want[i]));
+    return most / larger(size_of(want, m->ode.dim), 1e-3); /* the ball comes to rest at 0 */
 }
 
 static void solutions_are_the_published_ones(void **state)
@@ -224,7 +225,7 @@ static void backwards(void **state)
     memcpy(back, ll_ode_y(s.run), sizeof back);
     end(&s);
     for (int i = 0; i < 4; i++)
-        assert_true(fabs(back[i] - m.y0[i]) < 1e-12);
+        assert_near(back[i], m.y0[i], 1e-12);
 }
 
 static void dense_output_is_as_good_as_the_steps(void **state)
@@ -242,7 +243,7 @@ static void dense_output_is_as_good_as_the_steps(void **state)
         assert_int_equal(s.run->counters.evaluations, evaluations);
         m.problem->exact(m.params, t, exact);
         for (int j = 0; j < 4; j++)
-            assert_true(fabs(y[j] - exact[j]) < 1e-9);
+            assert_near(y[j], exact[j], 1e-9);
     }
     end(&s);
 }
@@ -300,7 +301,7 @@ static void a_pole_ends_the_run(void **state)
     ll_ode_control control = {.t_end = 2, .tolerance = 1e-10};
     setting s = begin("taylor", &ode, (const double[]){1}, &control);
     ll_ode_advance(s.run, s.method, s.ode, 0.9);
-    assert_true(fabs(ll_ode_y(s.run)[0] * (1 - s.run->t) - 1) < 1e-8);
+    assert_near(ll_ode_y(s.run)[0] * (1 - s.run->t), 1, 1e-8);
     ll_ode_advance(s.run, s.method, s.ode, 2);
     assert_int_equal(s.run->state, LL_ODE_DIVERGED);
     assert_true(s.run->failed_t > 0.99 && s.run->failed_t < 1.01);

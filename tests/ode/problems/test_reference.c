@@ -1,14 +1,15 @@
 /* The published problems to ten digits, against references of 18 digits from two methods in quadruple
  * precision. */
 #include "ode/harness.h"
+#include "support/near.h"
 
 static double relative_error(const double *y, const double *reference, int dim, bool by_component)
 {
     double most = 0, size = 0;
     for (int i = 0; i < dim; i++)
-        size = fmax(size, fabs(reference[i]));
+        size = larger(size, fabs(reference[i]));
     for (int i = 0; i < dim; i++)
-        most = fmax(most, fabs(y[i] - reference[i]) / (by_component ? fabs(reference[i]) : size));
+        most = larger(most, fabs(y[i] - reference[i]) / (by_component ? fabs(reference[i]) : size));
     return most;
 }
 

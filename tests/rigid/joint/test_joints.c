@@ -53,7 +53,7 @@ static void hinges_and_welds_hold(void **state)
             join(&t, &def);
             run(&t, 300);
             ll_rigid_metrics m = ll_rigid_measure(t.world, NULL, 0, INFINITY);
-            at_most(ll_rigid_solver_names[solver], m.joint_error, slack[solver]);
+            assert_at_most(ll_rigid_solver_names[solver], m.joint_error, slack[solver]);
             free(t.world);
         }
 }
@@ -72,14 +72,14 @@ static void a_rod_keeps_its_length_and_a_rope_only_pulls(void **state)
         for (int i = 0; i < 300; i++) {
             run(&t, 1);
             double length = ll_length(body(t.world, t.free).position);
-            longest = fmax(longest, length);
-            shortest = fmin(shortest, length);
+            longest = larger(longest, length);
+            shortest = smaller(shortest, length);
         }
-        at_most("longest", longest, def.length + 0.005);
+        assert_at_most("longest", longest, def.length + 0.005);
         if (rope)
-            at_most("shortest", shortest, 1.5); /* it was in free fall at first */
+            assert_at_most("shortest", shortest, 1.5); /* it was in free fall at first */
         else
-            at_least("shortest", shortest, def.length - 0.005);
+            assert_at_least("shortest", shortest, def.length - 0.005);
         free(t.world);
     }
 }
@@ -127,7 +127,7 @@ static void a_spring_swings_out_as_its_damping_says(void **state)
         double back = 0; /* the largest about one period after the start */
         for (int i = 0; i < 30; i++) {
             run(&t, 1);
-            back = fmax(back, -1 - body(t.world, t.free).position.y);
+            back = larger(back, -1 - body(t.world, t.free).position.y);
         }
         double slow = 0.5 * exp(-2 * pi * zeta / sqrt(1 - zeta * zeta));
         double fast = 0.5 * exp(-2 * pi * most / sqrt(1 - most * most));
@@ -179,7 +179,7 @@ static void a_far_limit_is_not_felt(void **state)
             angle[limited] = body(t.world, t.free).angle;
             free(t.world);
         }
-        at_most("angle", angle[0], -0.5);
+        assert_at_most("angle", angle[0], -0.5);
         if (!(fabs(angle[0] - angle[1]) < 1e-9))
             fail_msg("%s: %g instead of %g rad", ll_rigid_solver_names[solver], angle[1], angle[0]);
     }
@@ -195,7 +195,7 @@ static void limits_stop_and_motors_drive(void **state)
     def.upper = 0.5;
     join(&t, &def);
     run(&t, 300);
-    near(body(t.world, t.free).angle, -0.5, 0.005);
+    assert_near(body(t.world, t.free).angle, -0.5, 0.005);
     free(t.world);
 
     t = two_bodies(LL_SOLVER_SOFT_STEP, 0, 0, 0);
@@ -205,9 +205,9 @@ static void limits_stop_and_motors_drive(void **state)
     def.max_torque = 0.5; /* the box has 1/6 kg m^2: 3 rad/s^2 */
     join(&t, &def);
     run(&t, 30);
-    near(body(t.world, t.free).angular_velocity, 1.5, 0.01);
+    assert_near(body(t.world, t.free).angular_velocity, 1.5, 0.01);
     run(&t, 60);
-    near(body(t.world, t.free).angular_velocity, 3, 1e-9);
+    assert_near(body(t.world, t.free).angular_velocity, 3, 1e-9);
     free(t.world);
 
     t = two_bodies(LL_SOLVER_SOFT_STEP, 0, 0, -10);
@@ -220,7 +220,7 @@ static void limits_stop_and_motors_drive(void **state)
     def.motor_speed = 1;
     join(&t, &def);
     run(&t, 120);
-    near(body(t.world, t.free).position.y, 0.5, 0.01);
+    assert_near(body(t.world, t.free).position.y, 0.5, 0.01);
     free(t.world);
 }
 
@@ -233,8 +233,8 @@ static void a_mouse_draws_and_a_motor_holds(void **state)
     ll_joint_id id = join(&t, &def);
     ok(ll_rigid_set_target(t.world, id, ll_vec(2, 1)));
     run(&t, 120);
-    near(body(t.world, t.free).position.x, 2, 0.001);
-    near(body(t.world, t.free).position.y, 1, 0.001);
+    assert_near(body(t.world, t.free).position.x, 2, 0.001);
+    assert_near(body(t.world, t.free).position.y, 1, 0.001);
     free(t.world);
 
     t = two_bodies(LL_SOLVER_SOFT_STEP, 0, 0, -10);
@@ -244,8 +244,8 @@ static void a_mouse_draws_and_a_motor_holds(void **state)
     def.motor_speed = 2;
     join(&t, &def);
     run(&t, 120);
-    near(body(t.world, t.free).position.y, 0, 0.005);
-    near(body(t.world, t.free).angular_velocity, 2, 1e-6);
+    assert_near(body(t.world, t.free).position.y, 0, 0.005);
+    assert_near(body(t.world, t.free).angular_velocity, 2, 1e-6);
     free(t.world);
 }
 
@@ -266,14 +266,14 @@ static void friction_holds_in_every_direction(void **state)
         ok(ll_rigid_set_velocity(t.world, t.free, ll_vec(3, -4), 2.5));
         run(&t, 60);
         s = body(t.world, t.free);
-        near(s.velocity.x, 3 - 0.6 * 3, 1e-9);
-        near(s.velocity.y, -4 + 0.8 * 3, 1e-9);
-        near(s.angular_velocity, 0.5, 1e-9);
+        assert_near(s.velocity.x, 3 - 0.6 * 3, 1e-9);
+        assert_near(s.velocity.y, -4 + 0.8 * 3, 1e-9);
+        assert_near(s.angular_velocity, 0.5, 1e-9);
         run(&t, 60);
         s = body(t.world, t.free);
-        near(s.velocity.x, 0, 1e-12);
-        near(s.velocity.y, 0, 1e-12);
-        near(s.angular_velocity, 0, 1e-12);
+        assert_near(s.velocity.x, 0, 1e-12);
+        assert_near(s.velocity.y, 0, 1e-12);
+        assert_near(s.angular_velocity, 0, 1e-12);
         free(t.world);
     }
 }
@@ -309,14 +309,14 @@ static void a_chain_bears_a_heavy_ball(void **state)
     double worst = 0;
     for (int i = 0; i < 600; i++) {
         lab_run(&l, 1);
-        worst = fmax(worst, lab_measure(&l).joint_error);
+        worst = larger(worst, lab_measure(&l).joint_error);
     }
-    at_most("joint error", worst, 0.15);
+    assert_at_most("joint error", worst, 0.15);
     lab_close(&l);
 
     l = lab_standard("stretched_chain", (ll_scene_args){0});
     lab_run(&l, 300);
-    at_most("joint error", lab_measure(&l).joint_error, 0.02);
+    assert_at_most("joint error", lab_measure(&l).joint_error, 0.02);
     lab_close(&l);
 }
 
@@ -328,7 +328,7 @@ static void loops_of_joints_stay_closed(void **state)
     for (int i = 0; i < 5; i++) {
         lab l = lab_standard(names[i], (ll_scene_args){0});
         lab_run(&l, 300);
-        at_most(names[i], lab_measure(&l).joint_error, bounds[i]);
+        assert_at_most(names[i], lab_measure(&l).joint_error, bounds[i]);
         lab_close(&l);
     }
 }

@@ -9,14 +9,9 @@
 
 #include "rigid/shape/distance.h"
 #include "rigid/shape/manifold.h"
+#include "support/near.h"
 
 static const double margin = 0.02;
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g instead of %.17g", value, expected);
-}
 
 static ll_pose at(double x, double y, double angle)
 {
@@ -50,11 +45,11 @@ static void circles(void **state)
     ll_geometry a = circle(1), b = circle(0.5);
     ll_manifold m = ll_collide(&a, &b, at(0.6, 0.8, 2), margin);
     assert_int_equal(m.count, 1);
-    near(m.at[0].separation, -0.5, 1e-15);
-    near(m.normal.x, 0.6, 1e-15);
-    near(m.at[0].point.y, 0.75 * 0.8, 1e-15);
+    assert_near(m.at[0].separation, -0.5, 1e-15);
+    assert_near(m.normal.x, 0.6, 1e-15);
+    assert_near(m.at[0].point.y, 0.75 * 0.8, 1e-15);
     assert_int_equal(ll_collide(&a, &b, at(1.521, 0, 0), margin).count, 0);
-    near(ll_collide(&a, &b, at(1.51, 0, 0), margin).at[0].separation, 0.01, 1e-15);
+    assert_near(ll_collide(&a, &b, at(1.51, 0, 0), margin).at[0].separation, 0.01, 1e-15);
 }
 
 static void a_box_on_a_box_stands_on_two_points(void **state)
@@ -63,17 +58,17 @@ static void a_box_on_a_box_stands_on_two_points(void **state)
     ll_geometry a = box(1, 1), b = box(1, 1);
     ll_manifold m = ll_collide(&a, &b, at(0.3, 0.99, 0), margin);
     assert_int_equal(m.count, 2);
-    near(m.normal.y, 1, 0);
+    assert_near(m.normal.y, 1, 0);
     for (int i = 0; i < 2; i++) {
-        near(m.at[i].separation, -0.01, 1e-15);
-        near(m.at[i].point.y, 0.495, 1e-15);
+        assert_near(m.at[i].separation, -0.01, 1e-15);
+        assert_near(m.at[i].point.y, 0.495, 1e-15);
     }
-    near(fmin(m.at[0].point.x, m.at[1].point.x), -0.2, 1e-15);
-    near(fmax(m.at[0].point.x, m.at[1].point.x), 0.5, 1e-15);
+    assert_near(smaller(m.at[0].point.x, m.at[1].point.x), -0.2, 1e-15);
+    assert_near(larger(m.at[0].point.x, m.at[1].point.x), 0.5, 1e-15);
     assert_int_not_equal(m.at[0].id, m.at[1].id);
 
     m = ll_collide(&a, &b, at(0, -0.99, 3.14159265358979), margin);
-    near(m.normal.y, -1, 1e-12);
+    assert_near(m.normal.y, -1, 1e-12);
     assert_int_equal(m.count, 2);
 }
 
@@ -84,8 +79,8 @@ static void a_corner_on_a_box_is_one_point(void **state)
     double h = sqrt(0.5);
     ll_manifold m = ll_collide(&a, &b, at(0.4, 0.5 + h - 0.01, 0.78539816339744831), margin);
     assert_int_equal(m.count, 1);
-    near(m.at[0].separation, -0.01, 1e-12);
-    near(m.at[0].point.x, 0.4, 1e-9);
+    assert_near(m.at[0].separation, -0.01, 1e-12);
+    assert_near(m.at[0].point.x, 0.4, 1e-9);
 }
 
 static void a_capsule_stands_on_its_end(void **state)
@@ -95,11 +90,11 @@ static void a_capsule_stands_on_its_end(void **state)
     for (int k = -1; k <= 1; k += 2) {
         ll_manifold m = ll_collide(&a, &b, (ll_pose){{0.3, 1.09}, {0, k}}, margin);
         assert_int_equal(m.count, 1);
-        near(m.at[0].separation, -0.01, 1e-12);
-        near(m.normal.y, 1, 0);
-        near(m.at[0].point.x, 0.3, 1e-12);
+        assert_near(m.at[0].separation, -0.01, 1e-12);
+        assert_near(m.normal.y, 1, 0);
+        assert_near(m.at[0].point.x, 0.3, 1e-12);
         m = ll_collide(&a, &b, (ll_pose){{0.3, 0.8}, {0, k}}, margin); /* deep */
-        near(fmin(m.at[0].separation, m.at[m.count - 1].separation), -0.3, 1e-12);
+        assert_near(smaller(m.at[0].separation, m.at[m.count - 1].separation), -0.3, 1e-12);
     }
 }
 
@@ -111,8 +106,8 @@ static void corners_push_along_the_line_between_them(void **state)
     double d = 0.11 * sqrt(0.5);
     ll_manifold m = ll_collide(&a, &b, at(0.5 + d + 0.5, 0.5 + d, 0), margin);
     assert_int_equal(m.count, 1);
-    near(m.at[0].separation, 0.01, 1e-12);
-    near(m.normal.x, sqrt(0.5), 1e-12);
+    assert_near(m.at[0].separation, 0.01, 1e-12);
+    assert_near(m.normal.x, sqrt(0.5), 1e-12);
 }
 
 /* For all shapes: the deepest point of a manifold has the separation that GJK gives, if they are apart. */
@@ -136,13 +131,13 @@ static void separations_are_distances(void **state)
         }
         seen++;
         assert_in_range(m.count, 1, 2);
-        double least = fmin(m.at[0].separation, m.at[m.count - 1].separation);
-        near(least, d.distance, 0.001); /* axes within a tenth of the slop count as equal */
+        double least = smaller(m.at[0].separation, m.at[m.count - 1].separation);
+        assert_near(least, d.distance, 0.001); /* axes within a tenth of the slop count as equal */
         /* The reverse direction gives the same contact. */
         ll_manifold back = ll_collide(b, a, ll_pose_between(rel, home), 0.05);
         assert_int_equal(back.count > 0, 1);
         ll_vec2 normal = ll_rotate(rel.q, back.normal);
-        near(fmin(back.at[0].separation, back.at[back.count - 1].separation), least, 0.001);
+        assert_near(smaller(back.at[0].separation, back.at[back.count - 1].separation), least, 0.001);
         if (d.distance > 0.002 && least < 0.045)
             assert_true(ll_dot(normal, m.normal) < -0.9);
     }
@@ -164,9 +159,9 @@ static void links_have_no_inner_corners(void **state)
             ll_manifold on_ball = ll_collide(&links[k], &ball, at(x, 0.48, 0), margin);
             ll_manifold on_crate = ll_collide(&links[k], &crate, at(x, 0.48, 0), margin);
             if (on_ball.count > 0)
-                near(on_ball.normal.x, 0, 1e-6);
+                assert_near(on_ball.normal.x, 0, 1e-6);
             if (on_crate.count > 0)
-                near(on_crate.normal.x, 0, 1e-6);
+                assert_near(on_crate.normal.x, 0, 1e-6);
         }
     }
     /* Nothing is stopped from below. */

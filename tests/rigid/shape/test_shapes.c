@@ -11,15 +11,10 @@
 #include "base/mix.h"
 #include "rigid/shape/bound.h"
 #include "rigid/shape/distance.h"
+#include "support/near.h"
 
 static const double pi = 3.14159265358979323846;
 static const ll_pose home = {{0, 0}, {1, 0}};
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g instead of %.17g", value, expected);
-}
 
 static void masses_are_the_textbooks(void **state)
 {
@@ -27,22 +22,22 @@ static void masses_are_the_textbooks(void **state)
     ll_geometry g;
     assert_int_equal(ll_shape_circle(ll_vec(3, 4), 0.5, &g).code, LL_OK);
     ll_mass m = ll_shape_mass(&g, 2);
-    near(m.mass, 2 * pi * 0.25, 1e-14);
-    near(m.inertia, 0.5 * m.mass * 0.25, 1e-14);
+    assert_near(m.mass, 2 * pi * 0.25, 1e-14);
+    assert_near(m.inertia, 0.5 * m.mass * 0.25, 1e-14);
 
     assert_int_equal(ll_shape_box(2, 1, ll_vec(1e4, -1e4), 0.7, &g).code, LL_OK);
     m = ll_shape_mass(&g, 3);
-    near(m.mass, 6, 1e-10);
-    near(m.inertia, 6 * (4 + 1) / 12.0, 1e-10);
-    near(m.centre.x, 1e4, 1e-9);
+    assert_near(m.mass, 6, 1e-10);
+    assert_near(m.inertia, 6 * (4 + 1) / 12.0, 1e-10);
+    assert_near(m.centre.x, 1e4, 1e-9);
 
     /* The moment of an equilateral triangle of side s about its centre is m s^2 / 12. */
     ll_vec2 triangle[3] = {{0, 0}, {2, 0}, {1, sqrt(3)}};
     assert_int_equal(ll_shape_polygon(triangle, 3, &g).code, LL_OK);
     m = ll_shape_mass(&g, 1);
-    near(m.mass, sqrt(3), 1e-14);
-    near(m.inertia, m.mass * 4 / 12, 1e-14);
-    near(m.centre.y, sqrt(3) / 3, 1e-15);
+    assert_near(m.mass, sqrt(3), 1e-14);
+    assert_near(m.inertia, m.mass * 4 / 12, 1e-14);
+    assert_near(m.centre.y, sqrt(3) / 3, 1e-15);
 
     /* A capsule against a sum over thin slices. */
     assert_int_equal(ll_shape_capsule(ll_vec(-1, 0), ll_vec(1, 0), 0.5, &g).code, LL_OK);
@@ -53,8 +48,8 @@ static void masses_are_the_textbooks(void **state)
         second += step * (2 * half * x * x + 2 * half * half * half / 3);
     }
     m = ll_shape_mass(&g, 1);
-    near(m.mass, area, 1e-7);
-    near(m.inertia, second, 1e-7);
+    assert_near(m.mass, area, 1e-7);
+    assert_near(m.inertia, second, 1e-7);
 }
 
 static void either_direction_is_one_polygon(void **state)
@@ -107,19 +102,19 @@ static void volumes_overestimate_as_they_must(void **state)
     assert_int_equal(ll_shape_box(3, 1, ll_vec(0, 0), 0, &g).code, LL_OK);
     double c = cos(pi / 6), s = sin(pi / 6);
     ll_rot q = {c, s};
-    near(ll_bound_area(LL_VOLUME_EXACT, &g, q), 3, 1e-14);
-    near(ll_bound_area(LL_VOLUME_OBB, &g, q), 3, 1e-14);
-    near(ll_bound_area(LL_VOLUME_AABB, &g, q), (3 * c + s) * (3 * s + c), 1e-13);
-    near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), pi * 2.5, 1e-13);
+    assert_near(ll_bound_area(LL_VOLUME_EXACT, &g, q), 3, 1e-14);
+    assert_near(ll_bound_area(LL_VOLUME_OBB, &g, q), 3, 1e-14);
+    assert_near(ll_bound_area(LL_VOLUME_AABB, &g, q), (3 * c + s) * (3 * s + c), 1e-13);
+    assert_near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), pi * 2.5, 1e-13);
 
     /* The smallest circle of an obtuse triangle is over its longest side; that of an acute one is the
      * circumcircle. */
     ll_vec2 obtuse[3] = {{0, 0}, {4, 0}, {2, 0.5}}, acute[3] = {{0, 0}, {2, 0}, {1, sqrt(3)}};
     assert_int_equal(ll_shape_polygon(obtuse, 3, &g).code, LL_OK);
-    near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), 4 * pi, 1e-12);
+    assert_near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), 4 * pi, 1e-12);
     assert_int_equal(ll_shape_polygon(acute, 3, &g).code, LL_OK);
-    near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), pi * 4 / 3, 1e-12);
-    near(ll_bound_area(LL_VOLUME_OBB, &g, q), 2 * sqrt(3), 1e-12);
+    assert_near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), pi * 4 / 3, 1e-12);
+    assert_near(ll_bound_area(LL_VOLUME_OBB, &g, q), 2 * sqrt(3), 1e-12);
 }
 
 static bool meet(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b, ll_pose pose_b)
@@ -162,13 +157,13 @@ static void boxes_enclose_and_extents_reach(void **state)
     ll_geometry g;
     assert_int_equal(ll_shape_capsule(ll_vec(-1, 0), ll_vec(1, 0), 0.25, &g).code, LL_OK);
     ll_aabb box = ll_shape_aabb(&g, (ll_pose){{5, 6}, {0, 1}});
-    near(box.lower.x, 4.75, 1e-15);
-    near(box.upper.y, 7.25, 1e-15);
-    near(ll_shape_extent(&g), 1.25, 0);
-    near(ll_shape_core(&g), 0.25, 0);
+    assert_near(box.lower.x, 4.75, 1e-15);
+    assert_near(box.upper.y, 7.25, 1e-15);
+    assert_near(ll_shape_extent(&g), 1.25, 0);
+    assert_near(ll_shape_core(&g), 0.25, 0);
     assert_int_equal(ll_shape_box(2, 4, ll_vec(0, 0), 0, &g).code, LL_OK);
-    near(ll_shape_core(&g), 1, 0);
-    near(ll_shape_extent(&g), sqrt(5), 1e-15);
+    assert_near(ll_shape_core(&g), 1, 0);
+    assert_near(ll_shape_extent(&g), sqrt(5), 1e-15);
 }
 
 /* Any pose of two boxes: the distance is that of the nearest corner to an edge, by brute force. */
@@ -180,8 +175,8 @@ static double corner_to_edges(const ll_geometry *a, ll_pose pa, const ll_geometr
             ll_vec2 p = ll_to_world(pa, a->vertex[i]);
             ll_vec2 v = ll_to_world(pb, b->vertex[k]), w = ll_to_world(pb, b->vertex[(k + 1) % b->count]);
             ll_vec2 e = ll_sub(w, v);
-            double t = fmin(1, fmax(0, ll_dot(ll_sub(p, v), e) / ll_dot(e, e)));
-            least = fmin(least, ll_length(ll_sub(p, ll_madd(v, t, e))));
+            double t = smaller(1, larger(0, ll_dot(ll_sub(p, v), e) / ll_dot(e, e)));
+            least = smaller(least, ll_length(ll_sub(p, ll_madd(v, t, e))));
         }
     return least;
 }
@@ -203,9 +198,10 @@ static void gjk_agrees_with_brute_force(void **state)
         if (d.distance == 0)
             continue;
         apart++;
-        near(d.distance, fmin(corner_to_edges(&a, pa, &b, pb), corner_to_edges(&b, pb, &a, pa)), 1e-12);
-        near(ll_length(ll_sub(d.point_b, d.point_a)), d.distance, 1e-12);
-        near(ll_dot(d.normal, ll_sub(d.point_b, d.point_a)), d.distance, 1e-12);
+        assert_near(d.distance, smaller(corner_to_edges(&a, pa, &b, pb), corner_to_edges(&b, pb, &a, pa)),
+                    1e-12);
+        assert_near(ll_length(ll_sub(d.point_b, d.point_a)), d.distance, 1e-12);
+        assert_near(ll_dot(d.normal, ll_sub(d.point_b, d.point_a)), d.distance, 1e-12);
     }
     assert_in_range(apart, 3000, 4900);
 }
@@ -219,7 +215,7 @@ static void first_touch_is_the_closed_forms(void **state)
     ll_sweep still = {home, {0, 0}, 0}, fast = {{{-10, 0.3}, {1, 0}}, {100, 0}, 0};
     ll_toi_result touch = ll_time_of_impact(&wall, &still, &ball, &fast, 0.001);
     assert_true(touch.hit);
-    near(touch.t, (10 - 0.025 - 0.05 - 0.001) / 100, 0.0001 / 100);
+    assert_near(touch.t, (10 - 0.025 - 0.05 - 0.001) / 100, 0.0001 / 100);
 
     ll_sweep beside = {{{-10, 3}, {1, 0}}, {100, 0}, 0};
     assert_false(ll_time_of_impact(&wall, &still, &ball, &beside, 0.001).hit);
@@ -227,7 +223,7 @@ static void first_touch_is_the_closed_forms(void **state)
     /* A wall that approaches. */
     ll_sweep coming = {{{50, 0}, {1, 0}}, {-100, 0}, 0};
     touch = ll_time_of_impact(&wall, &coming, &ball, &fast, 0.001);
-    near(touch.t, (60 - 0.025 - 0.05 - 0.001) / 200, 0.0001 / 200);
+    assert_near(touch.t, (60 - 0.025 - 0.05 - 0.001) / 200, 0.0001 / 200);
 
     /* A rotating rod of half length 1 whose tip hits a segment 0.5 below: at the angle asin 0.5. */
     ll_geometry floor;
@@ -236,7 +232,7 @@ static void first_touch_is_the_closed_forms(void **state)
     ll_sweep revolute_limits = {home, {0, 0}, -pi / 2};
     touch = ll_time_of_impact(&floor, &still, &rod, &revolute_limits, 1e-6);
     assert_true(touch.hit);
-    near(touch.t, 1.0 / 3, 1e-5);
+    assert_near(touch.t, 1.0 / 3, 1e-5);
 }
 
 /* The k-th number of draw i, in [0, 1). */

@@ -120,7 +120,7 @@ static void a_moving_floor_is_of_one_group_with_all_on_it(void **state)
         ok(ll_rigid_step(a, 1.0 / 60, NULL));
         ok(ll_rigid_step(b, 1.0 / 60, NULL));
     }
-    near(body(a, alone[0]).velocity.y, 2, 1e-3);
+    assert_near(body(a, alone[0]).velocity.y, 2, 1e-3);
     for (int i = 0; i < few; i++)
         assert_same_motion(body(a, alone[i]), body(b, among[many - few + i]));
     free(a);
@@ -162,8 +162,8 @@ static void many_pairs_bounce_as_one_does(void **state)
             ok(ll_rigid_step(w, 1.0 / 60, NULL));
         for (int i = 0; i < pairs; i++) {
             double left = body(w, ball[2 * i]).velocity.x, right = body(w, ball[2 * i + 1]).velocity.x;
-            near(right - left, 6 * e, 1e-9);
-            near(right + left, 2, 1e-9);
+            assert_near(right - left, 6 * e, 1e-9);
+            assert_near(right + left, 2, 1e-9);
         }
         free(w);
     }

@@ -41,19 +41,19 @@ static void impacts_keep_momentum_and_turn_speeds_by_restitution(void **state)
         after = ll_rigid_measure(w, NULL, 0, INFINITY);
         ll_body_state a1 = body(w, a), b1 = body(w, b);
         double scale = a0.mass * 7.3 + b0.mass * 3.1;
-        near(after.momentum.x, before.momentum.x, 1e-12 * scale);
-        near(after.momentum.y, before.momentum.y, 1e-12 * scale);
+        assert_near(after.momentum.x, before.momentum.x, 1e-12 * scale);
+        assert_near(after.momentum.y, before.momentum.y, 1e-12 * scale);
         /* The impulse is along the normal at the moment of contact. */
         ll_vec2 n = ll_normalised(ll_sub(b1.velocity, b0.velocity));
         double in = ll_dot(ll_sub(b0.velocity, a0.velocity), n),
                out = ll_dot(ll_sub(b1.velocity, a1.velocity), n);
-        near(out, -e * in, 1e-12 * fabs(in));
+        assert_near(out, -e * in, 1e-12 * fabs(in));
         double reduced = a0.mass * b0.mass / (a0.mass + b0.mass);
         /* The balls go on moving in the step whose beginning gave the normal: this is the error of the
          * lever. */
-        near(after.spin_momentum, before.spin_momentum, reduced * (1 + e) * fabs(in) * 10.4 / 60);
-        near(after.kinetic_energy, before.kinetic_energy - 0.5 * reduced * (1 - e * e) * in * in,
-             1e-11 * before.kinetic_energy);
+        assert_near(after.spin_momentum, before.spin_momentum, reduced * (1 + e) * fabs(in) * 10.4 / 60);
+        assert_near(after.kinetic_energy, before.kinetic_energy - 0.5 * reduced * (1 - e * e) * in * in,
+                    1e-11 * before.kinetic_energy);
         free(w);
     }
 }
@@ -87,10 +87,10 @@ static void friction_holds_up_to_its_angle(void **state)
     const double half_degree = 0.5 * 3.14159265358979323846 / 180;
     for (int i = 1; i <= 4; i++) {
         double mu = 0.2 * i, angle = atan(mu);
-        at_most("creep", slid(angle - half_degree, mu, 5), 0.01);
-        at_least("slide", slid(angle + half_degree, mu, 5), 0.5);
+        assert_at_most("creep", slid(angle - half_degree, mu, 5), 0.01);
+        assert_at_least("slide", slid(angle + half_degree, mu, 5), 0.5);
         double steep = angle + 0.2, expected = 0.5 * 10 * (sin(steep) - mu * cos(steep)) * 9;
-        near(slid(steep, mu, 3), expected, 0.02 * expected);
+        assert_near(slid(steep, mu, 3), expected, 0.02 * expected);
     }
 }
 
@@ -127,17 +127,18 @@ static void a_pendulum_keeps_its_period_and_energy(void **state)
         double before = body(w, rod).angular_velocity;
         ok(ll_rigid_step(w, 1 / hz, NULL));
         double after = body(w, rod).angular_velocity;
-        lowest = fmin(lowest, body(w, rod).position.y);
+        lowest = smaller(lowest, body(w, rod).position.y);
         if (before > 0 && after <= 0) { /* back at the right */
             turns++;
             last = (i - 1 + before / (before - after)) / hz;
         }
     }
     assert_int_equal(turns, 10);
-    near(last / 10, period, 0.002 * period);
-    near(lowest, -0.5, 0.001);
+    assert_near(last / 10, period, 0.002 * period);
+    assert_near(lowest, -0.5, 0.001);
     ll_rigid_metrics m = ll_rigid_measure(w, NULL, 0, INFINITY);
-    near(m.kinetic_energy + m.potential_energy, first.potential_energy, 0.01 * body(w, rod).mass * 10 * 0.5);
+    assert_near(m.kinetic_energy + m.potential_energy, first.potential_energy,
+                0.01 * body(w, rod).mass * 10 * 0.5);
     free(w);
 }
 
@@ -174,7 +175,7 @@ static double apart_from_the_motion_lab(double hz)
     for (int i = 1; i <= (int)(10 * hz); i++) {
         ok(ll_rigid_step(w, 1 / hz, NULL));
         assert_true(pendulum->exact(params, i / hz, y));
-        worst = fmax(worst, fabs(body(w, rod).angle + quarter - y[0]));
+        worst = larger(worst, fabs(body(w, rod).angle + quarter - y[0]));
     }
     free(w);
     return worst;
@@ -184,8 +185,8 @@ static void a_pendulum_agrees_with_the_motion_lab(void **state)
 {
     (void)state;
     double coarse = apart_from_the_motion_lab(60), fine = apart_from_the_motion_lab(240);
-    at_most("apart at 240 Hz", fine, 0.001);
-    at_least("gain from 60 Hz", coarse / fine, 3.5); /* of first order: 4 */
+    assert_at_most("apart at 240 Hz", fine, 0.001);
+    assert_at_least("gain from 60 Hz", coarse / fine, 3.5); /* of first order: 4 */
 }
 
 int main(void)

@@ -15,8 +15,8 @@ static result run(const char *scene, ll_scene_args args, int32_t solver, int ste
     for (int i = 0; i < steps; i++) {
         lab_run(&l, 1);
         m = lab_measure(&l);
-        r.energy = fmax(r.energy, m.kinetic_energy + m.potential_energy - first.kinetic_energy -
-                                      first.potential_energy);
+        r.energy = larger(r.energy, m.kinetic_energy + m.potential_energy - first.kinetic_energy -
+                                        first.potential_energy);
     }
     r.sag = m.sag_max;
     r.drift = m.drift_max;
@@ -36,7 +36,7 @@ static void beginners_impulses_collapse(void **state)
     (void)state;
     result r = run("collapsing_stack", (ll_scene_args){0}, LL_SOLVER_IMPULSE, 600);
     assert_false(stands(r));
-    at_least("energy added", r.energy, 0.1);
+    assert_at_least("energy added", r.energy, 0.1);
     for (int solver = 0; solver < LL_SOLVERS; solver++)
         if (solver == LL_SOLVER_SOFT_STEP || solver == LL_SOLVER_AVBD || solver == LL_SOLVER_XPBD ||
             solver == LL_SOLVER_TGS_STICKY) {
@@ -44,7 +44,7 @@ static void beginners_impulses_collapse(void **state)
             if (!stands(r))
                 fail_msg("%s: sag %g drift %g tilt %g", ll_rigid_solver_names[solver], r.sag, r.drift,
                          r.tilt);
-            at_most("energy added", r.energy, 0.05);
+            assert_at_most("energy added", r.energy, 0.05);
         }
 }
 
@@ -164,8 +164,8 @@ static void all_slide_and_rest_alike(void **state)
             ok(ll_rigid_step(w, 1.0 / 60, NULL));
         /* v^2 / (2 mu g), and at rest; half a step is 4 cm. */
         if (solver != LL_SOLVER_IMPULSE) { /* its box hops */
-            near(body(w, box).position.x, 2.5, 0.1);
-            at_most(ll_rigid_solver_names[solver], fabs(body(w, box).velocity.x), 0.01);
+            assert_near(body(w, box).position.x, 2.5, 0.1);
+            assert_at_most(ll_rigid_solver_names[solver], fabs(body(w, box).velocity.x), 0.01);
         }
         free(w);
     }
@@ -181,9 +181,9 @@ static void stored_energy_is_small(void **state)
     double highest = 0, before = body(l.world, ll_rigid_body_at(l.world, 2)).position.y;
     for (int i = 0; i < 120; i++) {
         lab_run(&l, 1);
-        highest = fmax(highest, body(l.world, ll_rigid_body_at(l.world, 2)).position.y - before);
+        highest = larger(highest, body(l.world, ll_rigid_body_at(l.world, 2)).position.y - before);
     }
-    at_most("jump", highest, 0.05);
+    assert_at_most("jump", highest, 0.05);
     lab_close(&l);
 }
 

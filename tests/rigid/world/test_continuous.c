@@ -19,7 +19,7 @@ static outcome shoot(const char *scene, double speed, int32_t continuous, const 
     o.fastest = lab_measure(&l).speed_max;
     for (int i = 0; i < 20; i++) {
         lab_run(&l, 1);
-        o.depth = fmax(o.depth, lab_measure(&l).penetration_max);
+        o.depth = larger(o.depth, lab_measure(&l).penetration_max);
     }
     for (int32_t i = 0; i + 1 < l.count; i += 2) {
         ll_body_state wall = body(l.world, ll_rigid_body_at(l.world, i)),
@@ -40,8 +40,8 @@ static void swept_detection_lets_none_pass(void **state)
         for (int k = 0; k < 3; k++) {
             outcome o = shoot(walls[k], speeds[i], LL_CONTINUOUS_SWEPT, "soft_step");
             assert_int_equal(o.passed, 0);
-            near(o.fastest, speeds[i], 1e-9 * speeds[i]);
-            at_most("depth", o.depth, 0.005);
+            assert_near(o.fastest, speeds[i], 1e-9 * speeds[i]);
+            assert_at_most("depth", o.depth, 0.005);
         }
 }
 
@@ -69,7 +69,7 @@ static void without_it_as_many_pass_as_theory_says(void **state)
     for (int i = 0; i < 4; i++) {
         double way = speeds[i] / 60, share = 1 - (0.05 + 0.05) / way, error = sqrt(200 * share * (1 - share));
         outcome o = shoot("bullets", speeds[i], LL_CONTINUOUS_OFF, "soft_step");
-        near(o.passed, 200 * share, 3 * error);
+        assert_near(o.passed, 200 * share, 3 * error);
         assert_true(o.passed > 100);
     }
 }
@@ -111,7 +111,7 @@ static void the_heavier_stops_the_lighter(void **state)
     (void)state;
     assert_int_equal(pass_a_wall_of(4, false), 0);
     assert_int_equal(pass_a_wall_of(1000, false), 0);
-    at_least("tunnelled", pass_a_wall_of(3.9, false), 30);
+    assert_at_least("tunnelled", pass_a_wall_of(3.9, false), 30);
 }
 
 static void a_bullet_is_stopped_by_any_mass(void **state)
@@ -170,7 +170,7 @@ static void without_the_flag_as_many_pass_each_other_as_theory_says(void **state
     (void)state;
     for (int i = 1; i < 4; i++) {
         double way = 2 * speeds[i] / 60, share = 1 - (0.05 + 0.05 + 0.01 + 0.01) / way;
-        near(pass_each_other(speeds[i], false, false, "soft_step"), 200 * share, 1);
+        assert_near(pass_each_other(speeds[i], false, false, "soft_step"), 200 * share, 1);
     }
 }
 
@@ -207,7 +207,7 @@ static void who_stops_is_met_where_it_stopped(void **state)
         assert_int_equal(ll_rigid_get_stats(w).stopped, 20);
         for (int i = 0; i < 20; i++) {
             double x = body(w, ball[i]).position.x, before = i == 0 ? 0.025 : body(w, ball[i - 1]).position.x;
-            near(before - x, 0.1, 0.0015); /* an impact leaves a quarter of the slop */
+            assert_near(before - x, 0.1, 0.0015); /* an impact leaves a quarter of the slop */
         }
         assert_true(broad == 0 || hash == ll_rigid_hash(w));
         hash = ll_rigid_hash(w);
@@ -255,7 +255,7 @@ static void a_wedge_and_a_shaft_hold(void **state)
     for (int i = 0; i < 12; i++) { /* they may now leave over the rim */
         lab_run(&l, 1);
         /* Due to the solver: a ball moves 21 cm in a substep of 1/960 s, and one presses on the other. */
-        at_most("overlap", lab_measure(&l).penetration_max, 0.1 * 200 / 960);
+        assert_at_most("overlap", lab_measure(&l).penetration_max, 0.1 * 200 / 960);
     }
     for (int32_t i = 1; i < l.count; i++) {
         ll_body_state s = body(l.world, ll_rigid_body_at(l.world, i));
@@ -264,7 +264,7 @@ static void a_wedge_and_a_shaft_hold(void **state)
     lab_close(&l);
     l = lab_standard("pixel_imperfect", (ll_scene_args){0});
     lab_run(&l, 120);
-    near(body(l.world, ll_rigid_body_at(l.world, 1)).position.y, 0.5, 0.001); /* at the bottom */
+    assert_near(body(l.world, ll_rigid_body_at(l.world, 1)).position.y, 0.5, 0.001); /* at the bottom */
     lab_close(&l);
 }
 
@@ -277,8 +277,8 @@ static void seams_are_not_felt(void **state)
         lab_run(&l, 1);
         for (int32_t k = 1; k < l.count; k++) {
             ll_body_state s = body(l.world, ll_rigid_body_at(l.world, k));
-            near(s.velocity.x, 10, 1e-6);
-            near(s.position.y, l.first[k].position.y, 0.001);
+            assert_near(s.velocity.x, 10, 1e-6);
+            assert_near(s.position.y, l.first[k].position.y, 0.001);
         }
     }
     lab_close(&l);

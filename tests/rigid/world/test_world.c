@@ -202,16 +202,16 @@ static void who_is_put_elsewhere_is_there(void **state)
     ll_body_state s;
     ok(ll_rigid_set_pose(l.world, low, ll_vec(10, 5), 0.25));
     ok(ll_rigid_get_body(l.world, low, &s));
-    near(s.position.x, 10, 1e-12);
-    near(s.position.y, 5, 1e-12);
-    near(s.angle, 0.25, 1e-12);
+    assert_near(s.position.x, 10, 1e-12);
+    assert_near(s.position.y, 5, 1e-12);
+    assert_near(s.angle, 0.25, 1e-12);
     assert_true(ll_rigid_valid(l.world));
     lab_run(&l, 12);
     ok(ll_rigid_get_body(l.world, low, &s));
-    near(s.position.x, 10, 1e-3);
-    near(s.position.y, 5 - 10 * 0.2 * 0.2 / 2, 0.03); /* g t^2 / 2 after 0.2 s, by steps of 1/60 s */
+    assert_near(s.position.x, 10, 1e-3);
+    assert_near(s.position.y, 5 - 10 * 0.2 * 0.2 / 2, 0.03); /* g t^2 / 2 after 0.2 s, by steps of 1/60 s */
     ok(ll_rigid_get_body(l.world, high, &s));
-    near(s.position.y, 1.5 - 10 * 0.2 * 0.2 / 2, 0.05);
+    assert_near(s.position.y, 1.5 - 10 * 0.2 * 0.2 / 2, 0.05);
     ll_status status = ll_rigid_set_pose(l.world, low, ll_vec(NAN, 0), 0);
     assert_string_equal(status.field, "position.x");
     lab_close(&l);

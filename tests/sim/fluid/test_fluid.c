@@ -15,6 +15,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 #include "sim/fluid/fluid.h"
+#include "support/near.h"
 
 /* ---- helpers ---- */
 
@@ -60,12 +61,6 @@ static double metric(ll_session *s, const char *path)
     return value;
 }
 
-static void between(const char *what, double value, double least, double most)
-{
-    if (!(value >= least && value <= most))
-        fail_msg("%s is %.6g, not from %.6g to %.6g", what, value, least, most);
-}
-
 /* ---- tests ---- */
 
 static void a_cavity_reports_profiles_of_pairs(void **state)
@@ -74,11 +69,11 @@ static void a_cavity_reports_profiles_of_pairs(void **state)
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"re\":100,\"n\":16},"
                                "\"duration_s\":12}");
     ok(ll_session_run_to(s, 720));
-    between("u at the lid", metric(s, "profiles.u.128.1"), 1, 1);
-    between("the middle", metric(s, "profiles.u.64.0"), 0.5, 0.5);
-    between("u in the middle", metric(s, "profiles.u.64.1"), -0.209149 - 0.02, -0.209149 + 0.02);
-    between("v next to the left wall", metric(s, "profiles.v.30.1"), 0.179559 - 0.02, 0.179559 + 0.02);
-    between("error_max", metric(s, "error_max"), 0.001, 0.03);
+    assert_between("u at the lid", metric(s, "profiles.u.128.1"), 1, 1);
+    assert_between("the middle", metric(s, "profiles.u.64.0"), 0.5, 0.5);
+    assert_between("u in the middle", metric(s, "profiles.u.64.1"), -0.209149 - 0.02, -0.209149 + 0.02);
+    assert_between("v next to the left wall", metric(s, "profiles.v.30.1"), 0.179559 - 0.02, 0.179559 + 0.02);
+    assert_between("error_max", metric(s, "error_max"), 0.001, 0.03);
     ll_session_destroy(s);
 }
 
@@ -89,15 +84,15 @@ static void solver_advection_and_viscosity_change_while_it_runs(void **state)
                                "\"params\":{\"n\":16,\"viscosity_m2ps\":0.01}}");
     ok(ll_session_run_to(s, 10));
     double before = metric(s, "divergence_max");
-    between("divergence by the direct solver", before, 0, 1e-12);
+    assert_between("divergence by the direct solver", before, 0, 1e-12);
     patch(s, "{\"solver\":{\"pressure\":\"jacobi\",\"sweeps\":3,\"tolerance\":0,\"advection\":\"bfecc\"}}");
     ok(ll_session_run_to(s, 20));
-    between("sweeps", metric(s, "sweeps"), 3, 3);
-    between("divergence by three sweeps", metric(s, "divergence_max"), 1e-6, 10);
+    assert_between("sweeps", metric(s, "sweeps"), 3, 3);
+    assert_between("divergence by three sweeps", metric(s, "divergence_max"), 1e-6, 10);
     double energy = metric(s, "energy");
     patch(s, "{\"solver.viscosity_scale\":50,\"solver.pressure\":\"multigrid\",\"shown\":2}");
     ok(ll_session_run_to(s, 80));
-    between("energy of vortices in honey", metric(s, "energy"), 0.5 * energy, 0.9 * energy);
+    assert_between("energy of vortices in honey", metric(s, "energy"), 0.5 * energy, 0.9 * energy);
     ll_session_destroy(s);
 }
 
@@ -157,8 +152,8 @@ static void a_person_drags_the_fluid(void **state)
         ok(ll_session_input(s, 0, 0, &action));
         ok(ll_session_run_to(s, tick + 1));
     }
-    between("energy", metric(s, "energy"), 0.01, 1);
-    between("momentum before", still, 0, 0);
+    assert_between("energy", metric(s, "energy"), 0.01, 1);
+    assert_between("momentum before", still, 0, 0);
     ll_action away = {.axis = {2, 0}};
     assert_int_equal(ll_session_input(s, 0, 0, &away).code, LL_BAD_INPUT);
     away.axis[0] = 0;
@@ -182,9 +177,9 @@ static void fluids_side_by_side_begin_as_the_first(void **state)
     ok(ll_session_run_to(s, 60));
     ok(ll_session_run_to(alone, 60));
     double energy = metric(alone, "energy");
-    between("energy of the first", metric(s, "energy"), energy, energy);
-    between("energy of its like", metric(s, "side_by_side.0.energy"), energy, energy);
-    between("energy of the other", metric(s, "side_by_side.1.energy"), 0.5 * energy, 0.999 * energy);
+    assert_between("energy of the first", metric(s, "energy"), energy, energy);
+    assert_between("energy of its like", metric(s, "side_by_side.0.energy"), energy, energy);
+    assert_between("energy of the other", metric(s, "side_by_side.1.energy"), 0.5 * energy, 0.999 * energy);
     ll_session_destroy(s);
     ll_session_destroy(alone);
 }
@@ -205,9 +200,9 @@ static void each_fluid_changes_alone_and_all_are_dragged(void **state)
         ok(ll_session_run_to(s, tick + 1));
     }
     ok(ll_session_run_to(still, 20));
-    between("sweeps of the second", metric(s, "side_by_side.0.sweeps"), 30, 30);
-    between("energy of the first", metric(s, "energy"), 0.01, 1);
-    between("energy of the second", metric(s, "side_by_side.0.energy"), 0.01, 1);
+    assert_between("sweeps of the second", metric(s, "side_by_side.0.sweeps"), 30, 30);
+    assert_between("energy of the first", metric(s, "energy"), 0.01, 1);
+    assert_between("energy of the second", metric(s, "side_by_side.0.energy"), 0.01, 1);
     assert_true(metric(s, "side_by_side.1.momentum_x") > 1.1 * metric(still, "momentum_x"));
     cJSON *size = cJSON_Parse("{\"side_by_side.0.params.n\":64}");
     assert_int_equal(ll_session_patch(s, 0, size).code, LL_CONFLICT);
@@ -223,10 +218,10 @@ static void a_second_fluid_that_fails_stops_alone(void **state)
     ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"params\":{\"n\":32},"
                                "\"hz\":2,\"duration_s\":5,\"side_by_side\":[{\"solver\":{\"substeps\":1}}]}");
     ok(ll_session_run_to(s, 4));
-    between("time of the first", metric(s, "t_s"), 2, 2);
+    assert_between("time of the first", metric(s, "t_s"), 2, 2);
     cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
     const cJSON *second = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "side_by_side"), 0);
-    between("time of the second", cJSON_GetObjectItem(second, "t_s")->valuedouble, 0, 0);
+    assert_between("time of the second", cJSON_GetObjectItem(second, "t_s")->valuedouble, 0, 0);
     assert_string_equal(cJSON_GetObjectItem(second, "status")->valuestring, "diverged");
     assert_true(cJSON_IsNull(cJSON_GetObjectItem(second, "error_l2")));
     assert_true(cJSON_IsNumber(cJSON_GetObjectItem(first, "error_l2")) ||
@@ -272,9 +267,9 @@ static void parts_are_metered_by_the_callers_clock(void **state)
     ok(ll_session_run_to(plain, 120));
     cJSON *cost = ll_session_cost(s);
     assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(cost, "parts")), 2);
-    between("metered_s", ll_param_number_at(cost, "metered_s")->valuedouble, 1, 1);
-    between("cost of the second", ll_param_number_at(cost, "parts.1.all.ns_per_sim_s")->valuedouble,
-            60 * 1000, 60 * 1000);
+    assert_between("metered_s", ll_param_number_at(cost, "metered_s")->valuedouble, 1, 1);
+    assert_between("cost of the second", ll_param_number_at(cost, "parts.1.all.ns_per_sim_s")->valuedouble,
+                   60 * 1000, 60 * 1000);
     assert_true(ll_session_hash(s) == ll_session_hash(plain));
     cJSON_Delete(before);
     cJSON_Delete(cost);

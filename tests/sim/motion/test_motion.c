@@ -14,6 +14,7 @@
 #include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
+#include "support/near.h"
 
 static void must(ll_status status)
 {
@@ -84,8 +85,8 @@ static void figure_4_is_the_table(void **state)
     ll_session *s = open_id("paper/fig04");
     run_to_end(s);
     for (int i = 0; i < 8; i++)
-        assert_true(fabs(component(s, i, 0) - want[i]) < (i % 4 == 3 ? 5.1e-5 : 1e-12));
-    assert_true(fabs(metric(s, 3, "t_s") - 3.003) < 1e-12);
+        assert_near(component(s, i, 0), want[i], (i % 4 == 3 ? 5.1e-5 : 1e-12));
+    assert_near(metric(s, 3, "t_s"), 3.003, 1e-12);
     ll_session_destroy(s);
 }
 
@@ -97,13 +98,14 @@ static void errors_are_those_of_the_closed_form(void **state)
         "{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":3,\"tick_hz\":100,\"methods\":["
         "{\"method\":\"explicit_euler\",\"dt_s\":0.01},{\"method\":\"semi_implicit_euler\",\"dt_s\":0.02}]}");
     run_to_end(s);
-    assert_true(fabs(metric(s, 0, "e_final") - 0.15) < 1e-11 && fabs(metric(s, 0, "e_max") - 0.15) < 1e-11);
-    assert_true(fabs(metric(s, 1, "e_final") - 0.3) < 1e-11);
+    assert_near(metric(s, 0, "e_final"), 0.15, 1e-11);
+    assert_near(metric(s, 0, "e_max"), 0.15, 1e-11);
+    assert_near(metric(s, 1, "e_final"), 0.3, 1e-11);
     /* root mean square of 0.05 t over t = 0.01 ... 3 */
     double squares = 0;
     for (int k = 1; k <= 300; k++)
         squares += pow(0.05 * k / 100, 2);
-    assert_true(fabs(metric(s, 0, "e_l2") - sqrt(squares / 300)) < 1e-11);
+    assert_near(metric(s, 0, "e_l2"), sqrt(squares / 300), 1e-11);
     assert_true(metric(s, 0, "steps") == 300 && metric(s, 0, "evaluations") == 300);
     assert_true(metric(s, 1, "steps") == 150);
     ll_session_destroy(s);
@@ -118,8 +120,8 @@ static void references_by_integration_are_published(void **state)
     run_to_end(s);
     cJSON *report;
     const cJSON *m = metrics_of(s, 0, &report), *solution = cJSON_GetObjectItem(m, "solution");
-    assert_true(fabs(cJSON_GetArrayItem(solution, 0)->valuedouble - 0.370613914397051290) < 1e-10);
-    assert_true(fabs(cJSON_GetArrayItem(solution, 7)->valuedouble - -3.94343758551739206) < 1e-10);
+    assert_near(cJSON_GetArrayItem(solution, 0)->valuedouble, 0.370613914397051290, 1e-10);
+    assert_near(cJSON_GetArrayItem(solution, 7)->valuedouble, -3.94343758551739206, 1e-10);
     assert_true(number(m, "e_final") > 1e-9 && number(m, "e_final") < 1e-3);
     cJSON_Delete(report);
     ll_session_destroy(s);
@@ -135,7 +137,8 @@ static void runs_end_at_their_duration(void **state)
         "]}");
     run_to_end(s);
     assert_true(metric(s, 0, "t_s") == 17.0652165601579625);
-    assert_true(fabs(component(s, 0, 0) - 0.994) < 1e-6 && fabs(component(s, 0, 1)) < 1e-6); /* it closes */
+    assert_near(component(s, 0, 0), 0.994, 1e-6);
+    assert_near(component(s, 0, 1), 0, 1e-6); /* it closes */
     assert_true(metric(s, 1, "t_s") >= 17.0652165601579625 && metric(s, 1, "e_max") > 0.1);
     ll_session_destroy(s);
 }
@@ -285,7 +288,7 @@ static void frames_as_steps_break_verlet(void **state)
     ll_session *s = open_id("motion/variable_steps");
     run_to_end(s);
     for (int i = 0; i < 5; i++)
-        assert_true(fabs(component(s, i, 0) - known[i].place) <= known[i].within);
+        assert_near(component(s, i, 0), known[i].place, known[i].within);
     assert_true(metric(s, 0, "steps") == 120 && metric(s, 0, "frames") == 120);
     ll_session_destroy(s);
 }
@@ -338,8 +341,10 @@ static void float_clocks_are_late(void **state)
     (void)state;
     ll_session *s = open_id("motion/clock_drift");
     run_to_end(s);
-    assert_true(fabs(metric(s, 1, "clock_error_s") + 2.79) < 0.005 && metric(s, 1, "e_max") > 1);
-    assert_true(fabs(metric(s, 2, "clock_error_s")) <= 0x1p-12 && metric(s, 2, "e_max") < 0.01);
+    assert_near(metric(s, 1, "clock_error_s"), -2.79, 0.005);
+    assert_true(metric(s, 1, "e_max") > 1);
+    assert_near(metric(s, 2, "clock_error_s"), 0, 0x1p-12);
+    assert_true(metric(s, 2, "e_max") < 0.01);
     assert_true(isnan(metric(s, 0, "clock_error_s")) && metric(s, 0, "e_max") < 1e-4);
     assert_true(metric(s, 1, "t_s") == 3600 && metric(s, 1, "steps") == 216000);
     ll_session_destroy(s);
@@ -370,7 +375,7 @@ static void far_places_are_coarse(void **state)
         assert_true(spacing == pow(2, 3 * i - 13) && x == spacing * round(x / spacing));
         assert_true(fabs(metric(s, i, "e_max") / metric(s, 4, "e_max") - 1) > 0.05);
     }
-    assert_true(fabs(metric(s, 0, "e_max") / metric(s, 4, "e_max") - 1) < 1e-4);
+    assert_near(metric(s, 0, "e_max") / metric(s, 4, "e_max"), 1, 1e-4);
     assert_true(metric(s, 3, "e_max") > 1);
     ll_session_destroy(s);
 }
@@ -403,9 +408,11 @@ static void references_turn_too(void **state)
                               "{\"method\":\"leapfrog_kdk\",\"dt_s\":0.07}]}");
     run_to_end(s);
     assert_true(metric(s, 0, "t_s") == 0 && metric(s, 0, "e_max") < 1e-9);
-    assert_true(fabs(component(s, 0, 0) - 0.1) < 1e-9 && fabs(component(s, 0, 3) - 0.5) < 1e-9);
+    assert_near(component(s, 0, 0), 0.1, 1e-9);
+    assert_near(component(s, 0, 3), 0.5, 1e-9);
     /* The reversal is at the end of a step, after 20.02 s. */
-    assert_true(metric(s, 1, "steps") == 572 && fabs(metric(s, 1, "t_s")) < 1e-12);
+    assert_true(metric(s, 1, "steps") == 572);
+    assert_near(metric(s, 1, "t_s"), 0, 1e-12);
     assert_true(metric(s, 1, "e_max") < 0.02 && metric(s, 1, "e_final") < 1e-12);
     ll_session_destroy(s);
 }

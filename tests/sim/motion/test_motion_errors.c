@@ -3,6 +3,7 @@
 #include "motion_lab.h"
 #include "ode/core/problem.h"
 #include "ode/core/run.h"
+#include "support/near.h"
 
 /* ---- ticks do not change the errors ---- */
 
@@ -100,11 +101,11 @@ static naive by_hand(const char *e, double duration, double tolerance)
             assert_true(p->exact(params, t, want));
             for (int i = 0; i < 4; i++)
                 sum += (y[i] - want[i]) * (y[i] - want[i]);
-            found.at_forty = fmax(found.at_forty, sqrt(sum));
+            found.at_forty = larger(found.at_forty, sqrt(sum));
             if (k % 10 == 0)
-                found.at_four = fmax(found.at_four, sqrt(sum));
+                found.at_four = larger(found.at_four, sqrt(sum));
             if (k == 40)
-                found.at_ends = fmax(found.at_ends, sqrt(sum));
+                found.at_ends = larger(found.at_ends, sqrt(sum));
         }
     }
     free(run);
@@ -146,13 +147,13 @@ static void weighted_errors_are_those_of_the_closed_form(void **state)
         double dt = i ? 0.1 : 0.04, squares = 0;
         for (int k = 1; k * dt < 4 + dt / 2; k++)
             squares += pow(k * dt * dt / 16, 2) * dt / 4;
-        assert_true(fabs(lab_number(m, "e_max_weighted") - dt / 4) < 1e-12);
-        assert_true(fabs(lab_number(m, "e_final_weighted") - dt / 4) < 1e-12);
-        assert_true(fabs(lab_number(m, "e_l2_weighted") - sqrt(squares)) < 1e-12);
-        assert_true(fabs(lab_number(m, "e_max") - 20 * dt) < 1e-10);
+        assert_near(lab_number(m, "e_max_weighted"), dt / 4, 1e-12);
+        assert_near(lab_number(m, "e_final_weighted"), dt / 4, 1e-12);
+        assert_near(lab_number(m, "e_l2_weighted"), sqrt(squares), 1e-12);
+        assert_near(lab_number(m, "e_max"), 20 * dt, 1e-10);
         /* It starts without energy: its gain is relative to m v^2 / 2 at the end. */
-        assert_true(fabs(lab_number(m, "energy_drift_max") - dt / 4) < 1e-12);
-        assert_true(fabs(lab_number(m, "energy_drift_final") - (i ? -1 : 1) * dt / 4) < 1e-12);
+        assert_near(lab_number(m, "energy_drift_max"), dt / 4, 1e-12);
+        assert_near(lab_number(m, "energy_drift_final"), (i ? -1 : 1) * dt / 4, 1e-12);
     }
     cJSON_Delete(metrics);
 }
@@ -186,10 +187,10 @@ static void the_solution_continues_with_the_last_step(void **state)
                         lab_run("\"problem\":\"henon_heiles\",\"duration_s\":8,\"methods\":[{\"method\":"
                                 "\"dop853\",\"tolerance\":1e-13}]")};
     for (int i = 0; i < 2; i++) {
-        assert_true(fabs(lab_number(lab_method(metrics, i), "t_s") - (i ? 8 : 7.2)) < 1e-12);
+        assert_near(lab_number(lab_method(metrics, i), "t_s"), (i ? 8 : 7.2), 1e-12);
         for (int k = 0; k < 4; k++)
-            assert_true(fabs(lab_state(lab_method(metrics, i), "solution", k) -
-                             lab_state(lab_method(longer[i], 0), "state", k)) < 1e-10);
+            assert_near(lab_state(lab_method(metrics, i), "solution", k),
+                        lab_state(lab_method(longer[i], 0), "state", k), 1e-10);
         cJSON_Delete(longer[i]);
     }
     cJSON_Delete(metrics);

@@ -3,6 +3,7 @@
  * with the method's order; a run that is not near it has failed. */
 #include "motion_lab.h"
 #include "ode/core/method.h"
+#include "support/near.h"
 
 typedef struct known {
     const char *problem;
@@ -102,7 +103,7 @@ static refinement_level read_refinement_level(const known *p, const cJSON *m)
     assert_true(ok == (cJSON_GetObjectItem(m, "reason") == NULL));
     for (int i = 0; i < p->dim && ok; i++) {
         double error = fabs(lab_state(m, "state", i) - p->solution[i]) / p->size[i];
-        r.error = i == 0 ? error : fmax(r.error, error);
+        r.error = i == 0 ? error : larger(r.error, error);
     }
     return r;
 }

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 enum { PLAYERS = 16, HZ = 25, BUCKET_MS = 1000 / HZ };
@@ -89,8 +90,7 @@ static void the_response_is_the_delay_and_the_rest_of_the_bucket(void **state)
                                .lag_step_ms = lag_steps_ms[j]};
             starts d = responses(&c);
             for (int i = 0; i < PLAYERS; i++)
-                assert_true(fabs(d.since_ms[i] - delays_ms[k] - BUCKET_MS * (1 - (i + 0.5) / PLAYERS)) <
-                            3e-6);
+                assert_near(d.since_ms[i] - delays_ms[k], BUCKET_MS * (1 - (i + 0.5) / PLAYERS), 3e-6);
         }
 }
 
@@ -109,7 +109,7 @@ static void the_mean_response_is_the_delay_and_half_a_bucket(void **state)
             sum += d.since_ms[i];
     }
     const double mean = sum / (SEEDS * PLAYERS), error = BUCKET_MS / sqrt(12.0 * SEEDS * PLAYERS);
-    assert_true(fabs(mean - 120) < 3 * error);
+    assert_near(mean, 120, 3 * error);
 }
 
 /* ---- inputs that come too late, or never ---- */
@@ -161,12 +161,12 @@ static void check_late(double low, double high, double expected)
         const double left_ms = 100 + BUCKET_MS * (1 - (i + 0.5) / PLAYERS);
         const double p = late_share(low, high, left_ms), error = sqrt(p * (1 - p) / got.count);
         assert_true(p > 0 || got.of[i] == 0);
-        assert_true(fabs(got.of[i] - p) <= 4 * error);
+        assert_near(got.of[i], p, 4 * error);
         mean += p / PLAYERS;
         variance += p * (1 - p) / got.count / (PLAYERS * PLAYERS);
     }
-    assert_true(fabs(mean - expected) < 1e-12);
-    assert_true(fabs(got.all - expected) < 3 * sqrt(variance));
+    assert_near(mean, expected, 1e-12);
+    assert_near(got.all, expected, 3 * sqrt(variance));
 }
 
 static void late_inputs_are_ignored(void **state)
@@ -192,7 +192,7 @@ static void lost_inputs_are_ignored_unless_a_copy_comes_in_time(void **state)
         const double p = pow(0.3, redundancy + 1), n = got.count * PLAYERS;
         /* copies of neighbours are lost together: their covariance is at most their variance */
         const double error = sqrt(p * (1 - p) / n * (1 + 2 * redundancy));
-        assert_true(fabs(got.all - p) < 3 * error);
+        assert_near(got.all, p, 3 * error);
     }
 }
 
@@ -266,7 +266,7 @@ static void the_delay_changes_in_a_running_game(void **state)
                 if (step->type != LL_EVENT_STEP || step->number != made->tick)
                     continue;
                 const double rest_ms = BUCKET_MS * (1 - (made->player + 0.5) / PLAYERS);
-                assert_true(fabs(ll_to_ms(step->begin - made->begin) - delay_ms - rest_ms) < 3e-6);
+                assert_near(ll_to_ms(step->begin - made->begin) - delay_ms, rest_ms, 3e-6);
                 compared++;
                 break;
             }

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "game/games/games.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #define RUN_S 40
@@ -41,7 +42,7 @@ static void gain_is_the_largest_excess_over_any_stretch(void **state)
     assert_true(gain_of((double[]){0, 0, 0, 0, 6}, 5, false) ==
                 5); /* three steps of standing still permit nothing */
     assert_true(gain_of((double[]){0, 4, 4, 4, 9}, 5, false) == 5); /* 3 + 4 - 2 */
-    assert_true(fabs(gain_of((double[]){0, 1.25, 2.5, 3.75, 5}, 5, true) - 1) < 1e-12);
+    assert_near(gain_of((double[]){0, 1.25, 2.5, 3.75, 5}, 5, true), 1, 1e-12);
     assert_true(gain_of((double[]){0, 0.5, 1, 1.5}, 4, true) == 0);
 }
 
@@ -207,7 +208,7 @@ static double most_ahead(const course *cheat, const course *honest)
     double most = 0;
     for (int i = 0; i < REFERENCE_STEPS; i++) {
         double ahead = cheat->covered[i] - honest->covered[i];
-        most = ahead > most ? ahead : most;
+        most = larger(most, ahead);
     }
     return most;
 }
@@ -294,7 +295,7 @@ static void a_latched_throttle_is_a_gain(void **state)
                                         seeds[k], NULL};
             drive(sets, cheats[i], 0, cheat);
             assert_true(cheat->gain < 1e-6);
-            most = cheat->gain_over_honest > most ? cheat->gain_over_honest : most;
+            most = larger(most, cheat->gain_over_honest);
         }
         assert_true(most > 2 * LL_BUDGET_TICKS * 16.0 / 60);
     }

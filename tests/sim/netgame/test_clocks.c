@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
@@ -74,8 +75,9 @@ static void an_hour_of_drift_is_followed(void **state)
             assert_int_equal(refused(&s, p), 0);
             assert_true(in->input_history.slack.min >= -1 && in->input_history.slack.max <= 3);
             assert_true((double)in->input_history.count[LL_INPUT_CAME_LATE] <= slips);
-            assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, p)->connection.clock.offset +
-                                      (ll_time)(3600e9 * (p == 0 ? ppm[i] : -ppm[i]) * 1e-6))) < 1);
+            assert_near(ll_to_ms(ll_netgame_client(s.game, p)->connection.clock.offset +
+                                 (ll_time)(3600e9 * (p == 0 ? ppm[i] : -ppm[i]) * 1e-6)),
+                        0, 1);
             assert_int_equal(ll_netgame_client(s.game, p)->connection.time_outs, 0);
         }
         scene_close(&s);
@@ -116,7 +118,7 @@ static void latency_without_prediction_is_the_round_trip_and_the_waits(void **st
         ll_summary got = felt(&s, 0);
         assert_true(got.count > 5);
         double want = expected_ms(lag, phase, slack, 1000 / hz);
-        if (fabs(got.mean - want) > 1e-3 || got.max - got.mean > 1e-3)
+        if (!is_near(got.mean, want, 1e-3) || !(got.max - got.mean <= 1e-3))
             fail_msg("lag %g phase %g slack %d at %g Hz: %.6f ms (most %.6f) instead of %.6f", lag, phase,
                      slack, hz, got.mean, got.max, want);
         scene_close(&s);
@@ -155,7 +157,7 @@ static line fit(const double *x, const double *y, int n)
     line l = {.slope = (n * sxy - sx * sy) / (n * sxx - sx * sx)};
     l.offset = (sy - l.slope * sx) / n;
     for (int i = 0; i < n; i++)
-        l.worst = fmax(l.worst, fabs(y[i] - l.offset - l.slope * x[i]));
+        l.worst = larger(l.worst, fabs(y[i] - l.offset - l.slope * x[i]));
     return l;
 }
 
@@ -176,7 +178,7 @@ static void latency_is_a_line_over_lag_with_drawn_phases_and_a_staircase_without
     printf("random phases: %.4f ms per ms of lag, %.2f ms at 0, at most %.2f ms off the line\n", fitted.slope,
            fitted.offset, fitted.worst);
     if (!SLOW) {
-        assert_true(fabs(fitted.slope - 2) < 0.01);
+        assert_near(fitted.slope, 2, 0.01);
         assert_true(fitted.worst < 1000.0 / 60 / 2);
         assert_true(treads > 0.8 * n); /* the same for most steps of a ms */
         printf("phase 0: the same for %d of %d steps of a ms\n", treads, n - 1);
@@ -207,7 +209,7 @@ static void displays_and_sending_change_only_the_views(void **state)
         scene_close(&s);
         assert_true(world[k] == world[0]);
         static const double hz[] = {60, 240, 90, 31};
-        assert_true(fabs(age[k] - age[0]) <= 1000 / hz[k] / 2 + 1000.0 / 60 / 2);
+        assert_near(age[k], age[0], 1000 / hz[k] / 2 + 1000.0 / 60 / 2);
     }
 }
 
@@ -220,7 +222,7 @@ static void slow_senders_are_as_much_later(void **state)
     for (int p = 0; p < 2; p++) {
         const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
         double packets = (double)in->traffic.messages[LL_MESSAGE_INPUT] / 28;
-        assert_true(fabs(packets - (p == 0 ? 20 : 60)) < 0.5);
+        assert_near(packets, (p == 0 ? 20 : 60), 0.5);
         assert_true(in->input_history.count[LL_INPUT_CAME_LATE] + in->input_history.count[LL_INPUT_WAS_LOST] <
                     12);
     }
@@ -244,7 +246,7 @@ static void devices_shift_latency_by_their_own(void **state)
     scene_run(&a, 200, NULL);
     scene_run(&b, 200, NULL);
     double mean = 12.5 + 4 + 31, deviation = 8 / sqrt(12) / sqrt((double)felt(&b, 0).count);
-    assert_true(fabs(felt(&b, 0).mean - felt(&a, 0).mean - mean) < 4 * deviation);
+    assert_near(felt(&b, 0).mean - felt(&a, 0).mean, mean, 4 * deviation);
     assert_true(felt(&b, 0).max - felt(&a, 0).max <= 12.5 + 8 + 31 + 1e-6);
     assert_true(felt(&b, 1).mean == felt(&a, 1).mean);
     assert_true(ll_server_world(ll_netgame_server(a.game))->entity[0].x ==

@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "link/line/presets.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
@@ -79,7 +80,7 @@ static void add(sum *all, const scene *s, bool armed)
         const ll_detection *d = detection(s, p);
         all->players++;
         all->rate += d->rate.alarms.count;
-        all->most = fmax(all->most, d->rate.most);
+        all->most = larger(all->most, d->rate.most);
         all->reaction += d->reaction.alarms.count;
         assert_int_equal(d->rate.alarms.mistaken, d->rate.alarms.count);
         all->tests += armed ? d->reaction.cleared + d->reaction.alarms.count : 0;
@@ -279,7 +280,7 @@ static void an_aim_bot_is_found_by_its_aim(void **state)
         assert_true(bot->alarms.count > 0 && bot->alarms.mistaken == 0);
         shots += bot->shots, snaps += bot->snaps, runs++;
         sum_s += ll_to_s(bot->alarms.first);
-        latest = fmax(latest, ll_to_s(bot->alarms.first));
+        latest = larger(latest, ll_to_s(bot->alarms.first));
         scene_close(&s);
     }
     print_message("%lld runs, %lld turns, %lld snaps; first alarm at %g s in the mean, %g s at the latest\n",

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static const ll_shot_tally *tally(const scene *s, int player)
@@ -74,7 +75,7 @@ static void the_cost_is_told_whatever_the_server_does(void **state)
         assert_true(past.mean > level(60 - 9.81 * t, t) && past.max < level(60 + 9.81 * t, t));
         /* what the server traced was off by as much, or by nothing */
         ll_summary traced = ll_histogram_summary(&ll_netgame_shots(b.game)->shot_stats[p].trace_error);
-        assert_true(fabs(traced.max - past.max) < 1e-12);
+        assert_near(traced.max, past.max, 1e-12);
         assert_true(ll_histogram_summary(&ll_netgame_shots(a.game)->shot_stats[p].trace_error).max == 0);
     }
     scene_close(&a);

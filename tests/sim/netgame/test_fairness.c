@@ -9,6 +9,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static double measure(const cJSON *metrics, const char *path)
@@ -35,11 +36,10 @@ static void fairness_follows_the_lag(void **state)
         squares += x[i] * x[i];
     }
     assert_true(x[0] < 60 && x[1] > 200 && x[2] > 400);
-    assert_true(fabs(measure(m, "server.fairness.input_latency_ms.spread") - (x[2] - x[0])) < 1e-9);
-    assert_true(fabs(measure(m, "server.fairness.input_latency_ms.jain") - sum * sum / (3 * squares)) <
-                1e-12);
+    assert_near(measure(m, "server.fairness.input_latency_ms.spread"), (x[2] - x[0]), 1e-9);
+    assert_near(measure(m, "server.fairness.input_latency_ms.jain"), sum * sum / (3 * squares), 1e-12);
     double slope = (x[2] - x[0]) / 400; /* least squares of three even points */
-    assert_true(fabs(measure(m, "server.fairness.input_latency_ms.per_ms_of_round_trip") - slope) < 1e-9);
+    assert_near(measure(m, "server.fairness.input_latency_ms.per_ms_of_round_trip"), slope, 1e-9);
     assert_true(slope > 0.95 && slope < 1.05);
     cJSON_Delete(m);
     scene_close(&s);
@@ -56,9 +56,11 @@ static void fairness_counts_hits(void **state)
     cJSON *m = ll_netgame_metrics(s.game);
     double near = measure(m, "players.0.shots.hit_ratio"), far = measure(m, "players.1.shots.hit_ratio");
     assert_true(near > far && far > 0 && near <= 1);
-    assert_true(fabs(near - measure(m, "players.0.shots.hitscan.compensated_hits") /
-                                measure(m, "players.0.shots.hitscan.shots")) < 1e-12);
-    assert_true(fabs(measure(m, "server.fairness.hit_ratio.spread") - fabs(near - far)) < 1e-12);
+    assert_near(near,
+                measure(m, "players.0.shots.hitscan.compensated_hits") /
+                    measure(m, "players.0.shots.hitscan.shots"),
+                1e-12);
+    assert_near(measure(m, "server.fairness.hit_ratio.spread"), fabs(near - far), 1e-12);
     cJSON_Delete(m);
     scene_close(&s);
 

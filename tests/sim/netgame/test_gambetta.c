@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static const char *const demo = "gambetta", *const ours = "gambetta_default";
@@ -69,8 +70,8 @@ static void jitter_freezes(void **state)
             assert_true(step < 0.04 * 1.1 + 1e-6); /* at most a tenth faster */
         }
         double mean = sum / 10, error = sqrt((squares / 10 - mean * mean) / 9);
-        assert_true(fabs(mean - tabled[k].percent) < 3 * sqrt(2) * error);
-        assert_true(fabs(steps - tabled[k].step) < 0.01);
+        assert_near(mean, tabled[k].percent, 3 * sqrt(2) * error);
+        assert_near(steps, tabled[k].step, 0.01);
     }
 }
 
@@ -95,7 +96,7 @@ static int stale_taken(const char *id, double *back)
     for (int f = 1; f < 100; f++) {
         scene_run(&s, 3.03 + f * 0.02, &r);
         double x = ll_client_rendered(ll_netgame_client(s.game, 0))->entity[1].x;
-        *back = fmax(*back, before - x);
+        *back = larger(*back, before - x);
         before = x;
     }
     int stale = 0;
@@ -119,7 +120,7 @@ static void lower_lag_brings_stale_states(void **state)
     (void)state;
     double back;
     assert_int_equal(stale_taken(demo, &back), 4);
-    assert_true(fabs(back - 0.8) < 0.05);
+    assert_near(back, 0.8, 0.05);
     assert_int_equal(stale_taken(ours, &back), 0);
     assert_true(back == 0);
 }
@@ -139,7 +140,7 @@ static double refused(const char *id, double jitter_ms, double *late)
     double share = (double)client_slot->counts.refused[LL_RULE_MAGNITUDE] / all;
     *late = (double)client_slot->counts.late / all;
     double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input per frame, or one for each tick */
-    assert_true(fabs(all - 120e3 / every_ms) < 60);
+    assert_near(all, 120e3 / every_ms, 60);
     assert_true(client_slot->counts.refused[LL_RULE_RATE] + client_slot->counts.refused[LL_RULE_BUDGET] == 0);
     scene_close(&s);
     return share;
@@ -154,7 +155,7 @@ static void late_timers_lose_inputs(void **state)
     for (int k = 0; k < 3; k++) {
         double want = (jitters[k] - 5) / jitters[k], late, n = 120e3 / (20 + jitters[k] / 2);
         double share = refused(demo, jitters[k], &late);
-        assert_true(fabs(share - want) <= 3 * sqrt(want * (1 - want) / n));
+        assert_near(share, want, 3 * sqrt(want * (1 - want) / n));
         assert_true(refused(ours, jitters[k], &late) == 0);
         assert_true(late < 0.01);
     }
@@ -196,9 +197,9 @@ static void refused_last_inputs_wait_for_ever(void **state)
         stuck += open > 0;
         assert_true(open == 0 ? fabs(offset) < 1e-12 : offset > open * 0.05 && offset < open * 0.056);
         assert_int_equal(phantoms(ours, seed, &offset), 0);
-        assert_true(fabs(offset) < 1e-12);
+        assert_near(offset, 0, 1e-12);
     }
-    assert_true(fabs(stuck - runs * 0.375) < 3 * sqrt(runs * 0.375 * 0.625));
+    assert_near(stuck, runs * 0.375, 3 * sqrt(runs * 0.375 * 0.625));
 }
 
 int main(void)

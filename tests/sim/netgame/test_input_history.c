@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 typedef struct refinement_level {
@@ -136,8 +137,8 @@ static void errors_are_reported_by_name(void **state)
                 seen[l.refinement_levels[r].state]++;
                 wrong += compared(&l.refinement_levels[r]) && l.refinement_levels[r].correction_m != 0;
                 if (compared(&l.refinement_levels[r]))
-                    assert_true(fabs(l.refinement_levels[r].server_x - l.refinement_levels[r].predicted_x -
-                                     l.refinement_levels[r].correction_m) <= 1.5 * step_m);
+                    assert_near(l.refinement_levels[r].server_x - l.refinement_levels[r].predicted_x,
+                                l.refinement_levels[r].correction_m, 1.5 * step_m);
             }
         }
         for (int k = REFUSED; k <= LOST; k++)

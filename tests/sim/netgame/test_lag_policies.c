@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "base/hash.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #define TICK_MS (1000.0 / 60)
@@ -50,9 +51,9 @@ static outcome play(const char *policy, double lag_ms, int seeds)
         all.covered += (double)cover->shown.count;
         all.vetoed += (double)cover->vetoed;
         all.rollback_m += m->rollback.sum;
-        all.rewind_ms = fmax(all.rewind_ms, ll_histogram_summary(&m->rewind).max);
+        all.rewind_ms = larger(all.rewind_ms, ll_histogram_summary(&m->rewind).max);
         all.longest_ms =
-            fmax(all.longest_ms, cover->shown.count ? ll_histogram_summary(&cover->shown).max : 0);
+            larger(all.longest_ms, cover->shown.count ? ll_histogram_summary(&cover->shown).max : 0);
         const ll_world *world = ll_server_world(ll_netgame_server(s.game));
         all.hash = ll_hash(0, world, ll_world_size(world));
         scene_close(&s);

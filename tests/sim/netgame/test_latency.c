@@ -12,6 +12,7 @@
 
 #include "session/kinds.h"
 #include "sim/netgame/readings.h"
+#include "support/near.h"
 
 /* Without prediction a change is felt and confirmed at the same display, after a round trip and the
  * documented waits. */
@@ -88,13 +89,14 @@ static void count_views(const history_of_ticks *d, const ll_client_metrics *in)
         double error = sqrt(x * x + y * y);
         count++;
         sum += error;
-        most = error > most ? error : most;
+        most = larger(most, error);
         lead_ms += (double)(d->of[k] - k) * 1000 / 60;
     }
     ll_summary reported = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
     assert_int_equal(reported.count, count);
-    assert_true(fabs(reported.mean - sum / (double)count) < 1e-12 && reported.max == most);
-    assert_true(fabs(in->rendered_views.leads_ms.sum - lead_ms) < 1e-3);
+    assert_near(reported.mean, sum / (double)count, 1e-12);
+    assert_true(reported.max == most);
+    assert_near(in->rendered_views.leads_ms.sum, lead_ms, 1e-3);
 }
 
 static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
@@ -128,7 +130,8 @@ static void count_changes(const history_of_ticks *d, const ll_client_metrics *in
         ll_summary reported = ll_histogram_summary(&in->histogram[i]);
         assert_int_equal(reported.never, lost);
         assert_int_equal(reported.count, count[i] + lost);
-        assert_true(count[i] > 5 && fabs(reported.mean - sum[i] / (double)count[i]) < 1e-3);
+        assert_true(count[i] > 5);
+        assert_near(reported.mean, sum[i] / (double)count[i], 1e-3);
     }
 }
 
@@ -218,9 +221,10 @@ static void changes_are_lost_as_inputs_are(void **state)
     cJSON *m = ll_netgame_metrics(s.game);
     const cJSON *v = at(m, "players.0.inputs.results");
     double inputs = value(v, "made"), n = value(m, "players.0.confirmed_latency_ms.count");
-    assert_true(n > 50 && fabs(value(v, "lost") / inputs - 0.4) < 4 * sqrt(0.24 / inputs));
-    assert_true(fabs(value(m, "players.0.confirmed_latency_ms.lost_ratio") - 0.4) < 4 * sqrt(0.24 / n));
-    assert_true(fabs(value(m, "players.0.ack_rtt_ms.count") / (inputs - 120) - 0.6) < 0.02);
+    assert_true(n > 50);
+    assert_near(value(v, "lost") / inputs, 0.4, 4 * sqrt(0.24 / inputs));
+    assert_near(value(m, "players.0.confirmed_latency_ms.lost_ratio"), 0.4, 4 * sqrt(0.24 / n));
+    assert_near(value(m, "players.0.ack_rtt_ms.count") / (inputs - 120), 0.6, 0.02);
     cJSON_Delete(m);
     scene_close(&s);
 }

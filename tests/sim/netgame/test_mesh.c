@@ -14,6 +14,7 @@
 #include "netcode/protocol/packet.h"
 #include "sim/netgame/readings.h"
 #include "sim/netgame/world_log.h"
+#include "support/near.h"
 #include "support/netgame_valid.h"
 
 #define MESH "peers.topology=mesh"
@@ -152,12 +153,11 @@ static void a_player_sends_a_copy_to_each_other(void **state)
             }
             assert_int_equal(sum, others * one);
             snprintf(path, sizeof path, "players.%d.bandwidth.input.wire_bytes_per_s", p);
-            assert_true(fabs(value(metrics, path) - (double)sum / 10) < 1e-6);
+            assert_near(value(metrics, path), (double)sum / 10, 1e-6);
             snprintf(path, sizeof path, "players.%d.bandwidth.input.messages_per_s", p);
-            assert_true(fabs(value(metrics, path) - 60.1 * others) < 1e-6);
+            assert_near(value(metrics, path), 60.1 * others, 1e-6);
             snprintf(path, sizeof path, "players.%d.bandwidth.relay.messages_per_s", p);
-            assert_true(fabs(value(metrics, path) - 10.1 - (players > 1 ? 60.0 * others : 0)) <
-                        0.11 * others);
+            assert_near(value(metrics, path) - 10.1, (players > 1 ? 60.0 * others : 0), 0.11 * others);
         }
         cJSON_Delete(metrics);
         scene_close(&s);
@@ -172,7 +172,7 @@ static void the_relay_gets_one_copy(void **state)
         scene s = crowd(players, NULL);
         scene_run(&s, 12, NULL);
         cJSON *metrics = ll_netgame_metrics(s.game);
-        assert_true(fabs(value(metrics, "players.0.bandwidth.input.messages_per_s") - 60.1) < 1e-6);
+        assert_near(value(metrics, "players.0.bandwidth.input.messages_per_s"), 60.1, 1e-6);
         cJSON_Delete(metrics);
         scene_close(&s);
     }

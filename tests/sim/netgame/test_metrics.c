@@ -12,6 +12,7 @@
 
 #include "base/rng.h"
 #include "sim/netgame/readings.h"
+#include "support/near.h"
 
 /* ---- a clean link ---- */
 
@@ -87,7 +88,7 @@ static void age_grows_with_loss(void **state)
         scene_run(&s, 600, NULL);
         double p = loss_pct[i] / 100.0, wait = 25 * (1 + p) / (1 - p);
         double mean = summary(&s, 0, LL_METRIC_AGE_OF_INFORMATION).mean;
-        assert_true(fabs(mean - 108.333333 - wait) < (i == 0 ? 0.1 : 0.06 * wait));
+        assert_near(mean - 108.333333, wait, (i == 0 ? 0.1 : 0.06 * wait));
         scene_close(&s);
     }
 }
@@ -106,7 +107,8 @@ static void age_grows_through_a_blackout(void **state)
         scene_run(&s, 6, NULL);
         double before = in->last.age_of_information;
         scene_run(&s, 9, NULL);
-        assert_true(before > 1900 && fabs(in->last.age_of_information - before - 3000) < 17);
+        assert_true(before > 1900);
+        assert_near(in->last.age_of_information - before, 3000, 17);
         scene_close(&s);
     }
 }
@@ -267,8 +269,7 @@ static void fairness_goes_by_the_realised_round_trip(void **state)
     }
     double apart = round_trips[1] - round_trips[0];
     assert_true(apart > 70 && apart < 80.001);
-    assert_true(fabs(value(m, "server.fairness.input_latency_ms.per_ms_of_round_trip") - spread / apart) <
-                1e-9);
+    assert_near(value(m, "server.fairness.input_latency_ms.per_ms_of_round_trip"), spread / apart, 1e-9);
     cJSON_Delete(m);
     scene_close(&s);
 }
@@ -285,7 +286,7 @@ static void a_wait_that_has_not_ended_counts(void **state)
         cJSON *a = ll_netgame_metrics(s.game);
         scene_run(&s, 10.25, NULL); /* it is not yet given up */
         cJSON *b = ll_netgame_metrics(s.game);
-        assert_true(fabs(value(b, "server.stalled_s") - value(a, "server.stalled_s") - 2.25) < 1e-9);
+        assert_near(value(b, "server.stalled_s") - value(a, "server.stalled_s"), 2.25, 1e-9);
         cJSON_Delete(a);
         cJSON_Delete(b);
         scene_close(&s);

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
@@ -64,16 +65,17 @@ static void input_delay_trades_latency_for_corrections(void **state)
         scene_run(&u, 20, NULL);
         ll_summary latency = summary(&u, 0, LL_METRIC_INPUT_LATENCY);
         scene_close(&u);
-        assert_true(latency.count > 10 && fabs(latency.mean - 1000 * atof(delays[i]) / 60) < 1e-3 &&
-                    latency.max - latency.mean < 1e-3);
+        assert_true(latency.count > 10);
+        assert_near(latency.mean, 1000 * atof(delays[i]) / 60, 1e-3);
+        assert_true(latency.max - latency.mean < 1e-3);
         assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections.count, 0);
         lead[i] = summary(&s, 0, LL_METRIC_OWN_LEAD).mean;
         wrong[i] = summary(&t, 0, LL_METRIC_CORRECTION).mean;
         scene_close(&s);
         scene_close(&t);
     }
-    assert_true(fabs(lead[0] - lead[1] - 16 * 4 / 60.0) < 1e-6); /* at 16 m/s */
-    assert_true(fabs(lead[0] - lead[2] - 16 * 8 / 60.0) < 1e-6);
+    assert_near(lead[0] - lead[1], 16 * 4 / 60.0, 1e-6); /* at 16 m/s */
+    assert_near(lead[0] - lead[2], 16 * 8 / 60.0, 1e-6);
     assert_true(wrong[0] > 1.1 * wrong[1] && wrong[1] > 1.1 * wrong[2] && wrong[2] > 0);
 }
 
@@ -111,7 +113,8 @@ static void without_prediction_input_takes_a_round_trip(void **state)
         /* inputs of both kinds equally often; from making to the arrival of the snapshot, before the
          * display's wait */
         double arrives = least - phases[i] * tick;
-        assert_true(fabs(ack.mean - arrives - tick / 2) < 0.05 && fabs(ack.max - arrives - tick) < 0.05);
+        assert_near(ack.mean - arrives, tick / 2, 0.05);
+        assert_near(ack.max - arrives, tick, 0.05);
         scene_close(&s);
     }
 }
@@ -145,11 +148,12 @@ static void interpolation_draws_the_true_path_later(void **state)
     scene s = scene_open("race", sets);
     scene_run(&s, 30, NULL); /* a display of A and a step of the server */
     ll_summary age = summary(&s, 0, LL_METRIC_VIEW_AGE);
-    assert_true(fabs(age.mean - (150 + 2000.0 / 30 + 10)) < 0.1 && age.max - age.mean < 0.1);
+    assert_near(age.mean, (150 + 2000.0 / 30 + 10), 0.1);
+    assert_true(age.max - age.mean < 0.1);
     assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max <
                 1e-5); /* constant speed: the chord is the path; times are whole ns */
     double truth = moved(&s, 1), drawn = ll_client_rendered(ll_netgame_client(s.game, 0))->entity[1].x;
-    assert_true(fabs(truth - drawn - 16 * age.mean / 1000) < 1e-3);
+    assert_near(truth - drawn, 16 * age.mean / 1000, 1e-3);
     scene_close(&s);
 }
 
@@ -290,7 +294,7 @@ static void lockstep_stops_without_a_player_and_continues_with_it(void **state)
         scene_run(&s, 18, NULL); /* 2 s and twice the round trip is the limit */
         step = ll_netgame_server(s.game)->step;
         scene_run(&s, 28, NULL);
-        assert_true(fabs((double)(ll_netgame_server(s.game)->step - step) - steps_in(i % 2, 10)) <= 1);
+        assert_near((double)(ll_netgame_server(s.game)->step - step), steps_in(i % 2, 10), 1);
         assert_int_equal(ll_netgame_server(s.game)->client_slots[1].connection.drops, 0);
         assert_int_equal(ll_netgame_client(s.game, 1)->connection.joins, 1);
         scene_close(&s);
@@ -325,7 +329,7 @@ static void lockstep_recovers_from_any_outage(void **state)
         double steps = (double)(ll_netgame_server(s.game)->step - step);
         for (int p = 0; p < 2; p++)
             assert_int_equal(ll_netgame_client_metrics(s.game, p)->false_refusals, 0);
-        if (fabs(steps - steps_in(pipelined, 10)) > 1)
+        if (!is_near(steps, steps_in(pipelined, 10), 1))
             fail_msg("%s, ways %d of players %d for %g s: %g steps in 10 s", sets[0], ways, players, length_s,
                      steps);
         assert_int_equal(ll_netgame_server(s.game)->client_slots[0].connection.drops +
@@ -355,7 +359,7 @@ static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
         step = server->step;
         scene_run(&s, 21, NULL);
         double alone = i ? 300 : 10 / (0.3 + 1 / 30.0); /* A's round trip and an interval */
-        assert_true(fabs((double)(server->step - step) - alone) <= 1);
+        assert_near((double)(server->step - step), alone, 1);
         assert_true(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         silence(&s, 0);
         scene_run(&s, 24, NULL);
@@ -365,7 +369,7 @@ static void lockstep_drops_a_silent_player_and_accepts_it_again(void **state)
         step = server->step;
         double x = moved(&s, 1);
         scene_run(&s, 34, NULL);
-        assert_true(fabs((double)(server->step - step) - steps_in(i, 10)) <= 1);
+        assert_near((double)(server->step - step), steps_in(i, 10), 1);
         assert_true(moved(&s, 1) > x);
         scene_close(&s);
     }
@@ -472,7 +476,7 @@ static void update_rate_is_kept(void **state)
         scene_run(&s, 20, NULL);
         double got = (double)ll_netgame_client_metrics(s.game, 0)->traffic.messages[LL_MESSAGE_SNAPSHOT] /
                      18; /* after the warm-up */
-        assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
+        assert_near(got, wanted[i], 1.0 / 18 + 1e-9);
         scene_close(&s);
     }
 }

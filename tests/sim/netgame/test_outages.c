@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
@@ -54,7 +55,7 @@ static double round_trip_s(const outage *o)
 {
     double most = 0;
     for (int i = 0; i < o->players; i++)
-        most = fmax(most, 2 * o->lag_ms[i]);
+        most = larger(most, 2 * o->lag_ms[i]);
     return most / 1e3;
 }
 
@@ -233,7 +234,7 @@ static double unit_ms(const outage *o, int value)
 static bool near(const outage *o, int value, double got, double honest)
 {
     double off = fabs(got - honest);
-    return isnan(got) || isnan(honest) || off <= fmax(0.1 * honest, unit_ms(o, value)) + 1e-6;
+    return (isnan(got) && isnan(honest)) || off <= larger(0.1 * honest, unit_ms(o, value)) + 1e-6;
 }
 
 /* Records both in the table. */
@@ -246,7 +247,7 @@ static void note(row *r, int value, double got, double honest)
     r->honest[value] += honest;
     r->beyond[value] += off > 0.1 * honest + 1e-6;
     if (off > 1e-6 && honest > 0)
-        r->worst[value] = fmax(r->worst[value], off / honest);
+        r->worst[value] = larger(r->worst[value], off / honest);
 }
 
 /* Whether the player's metrics agree with its reference's. */
@@ -437,7 +438,7 @@ static void predicted_inputs_are_felt_at_the_next_display(void **state)
             assert_true(open || felt->count == w.count[p]);
             assert_true(felt->count > FEW);
             double sum_ms = w.sum_ms[p] - (open ? w.last_ms[p] : 0);
-            assert_true(fabs(felt->sum - sum_ms) < 1e-6 * (double)felt->count);
+            assert_near(felt->sum, sum_ms, 1e-6 * (double)felt->count);
             players++;
         }
         scene_close(&s);

@@ -13,6 +13,7 @@
 
 #include "sim/netgame/readings.h"
 #include "sim/netgame/world_log.h"
+#include "support/near.h"
 
 #define TICK (1.0 / 60)
 
@@ -126,7 +127,7 @@ static void a_slower_machine_is_followed(void **state)
         for (int k = 0; k < 60 * 57; k++) {
             scene_run(&s, 3 + k * TICK, NULL);
             double lead = position(&s, 0) - position(&s, 1);
-            most = lead > most ? lead : most;
+            most = larger(most, lead);
         }
         assert_int_equal(stepping_of(&s, 0)->stalls, 0);
         assert_int_equal(stepping_of(&s, 0)->time_sync_frames, 0);

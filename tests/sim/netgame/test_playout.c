@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "library/library.h"
+#include "support/near.h"
 #include "support/scene.h"
 
 #define JITTER_MS 40.0
@@ -45,9 +46,8 @@ static void late_states_are_those_beyond_the_delay(void **state)
         double n = 37.5, count = (double)stats(&s, 0)->pushed, late = (double)stats(&s, 0)->late / count;
         double want = 1 - x - (1 - pow(x, n)) / n, added = stats(&s, 0)->added_sum_ms / count;
         assert_true(count > 5900 && stats(&s, 0)->overflowed == 0);
-        assert_true(fabs(late - want) <
-                    3 * sqrt(want * (1 - want) / count) + 0.002); /* n is not one number */
-        assert_true(fabs(added - WIDTH_MS * (x * x / 2 + x / n)) < 3 * 0.3 * WIDTH_MS / sqrt(count));
+        assert_near(late, want, 3 * sqrt(want * (1 - want) / count) + 0.002); /* n is not one number */
+        assert_near(added, WIDTH_MS * (x * x / 2 + x / n), 3 * 0.3 * WIDTH_MS / sqrt(count));
         scene_close(&s);
     }
 }
@@ -89,8 +89,8 @@ static void only_send_times_take_the_jitter_out(void **state)
     (void)state;
     int64_t none, arrival, send;
     double even = 20 * sqrt(2.0 / 3); /* of the difference of two uniforms of +-20 ms, without overtaking */
-    assert_true(fabs(unevenness("none", 0, 20, &none) - even) < 1);
-    assert_true(fabs(unevenness("arrival", 100, 20, &arrival) - even) < 1);
+    assert_near(unevenness("none", 0, 20, &none), even, 1);
+    assert_near(unevenness("arrival", 100, 20, &arrival), even, 1);
     assert_true(unevenness("send_time", 100, 20, &send) < 40.0 / 38);
     assert_true(none == 0 && arrival == 0 && send == 0);
     unevenness("none", 0, JITTER_MS, &none);
@@ -103,7 +103,7 @@ static void arrival_adds_the_same_to_each(void **state)
 {
     (void)state;
     scene s = run_with("arrival", 70);
-    assert_true(fabs(stats(&s, 0)->added_sum_ms / (double)stats(&s, 0)->pushed - 70) < 1e-6);
+    assert_near(stats(&s, 0)->added_sum_ms / (double)stats(&s, 0)->pushed, 70, 1e-6);
     assert_true(stats(&s, 0)->late == 0 && stats(&s, 0)->underruns == 0);
     scene_close(&s);
 }

@@ -10,6 +10,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 typedef struct outcome {
@@ -112,7 +113,7 @@ static void a_player_who_comes_back_has_all_again(void **state)
     const ll_world *truth = ll_server_world_const(ll_netgame_server(s.game)),
                    *shown = ll_client_rendered_const(c);
     for (int i = 1; i < truth->entities; i++)
-        assert_true(fabs(shown->entity[i].x - truth->entity[i].x) < 3);
+        assert_near(shown->entity[i].x, truth->entity[i].x, 3);
     scene_close(&s);
 }
 

@@ -14,6 +14,7 @@
 #include "base/hash.h"
 #include "base/rng.h"
 #include "netcode/server/reports.h"
+#include "support/near.h"
 #include "support/netgame_valid.h"
 #include "support/scene.h"
 
@@ -78,7 +79,7 @@ static void on_step(void *context, const void *row)
     w->o.worlds = ll_hash(w->o.worlds, world, ll_world_size(world));
     w->o.own = ll_hash(w->o.own, &(double[]){a->x, a->vx}, 2 * sizeof(double));
     w->o.other = ll_hash(w->o.other, &(double[]){b->x, b->vx}, 2 * sizeof(double));
-    w->o.gap_min = gap < w->o.gap_min ? gap : w->o.gap_min;
+    w->o.gap_min = smaller(w->o.gap_min, gap);
     w->o.steps++;
 }
 
@@ -342,7 +343,7 @@ static void the_allowance_is_used_once(void **state)
         const bool expected = gained + excess <= 1;
         assert_int_equal(judge(&b, &at, 1, &to), expected);
         gained += expected ? excess : 0;
-        assert_true(fabs(b.reports->slot[0].used_m - gained) < 1e-9);
+        assert_near(b.reports->slot[0].used_m, gained, 1e-9);
         at = expected ? to : at;
         at.y = 0;
     }

@@ -10,6 +10,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static const ll_shot_stats *shot_stats(const scene *s, int player)
@@ -161,7 +162,7 @@ static void straight_traces_are_off_as_computed(void **state)
     ll_summary error = ll_histogram_summary(&shot_stats(&s, 0)->trace_error);
     ll_summary back = ll_histogram_summary(&shot_stats(&s, 0)->rewind);
     assert_true(error.count > 40);
-    assert_true(fabs(error.max - 25 * back.max * back.max / 8e6) < 1e-9);
+    assert_near(error.max, 25 * back.max * back.max / 8e6, 1e-9);
     assert_true(agreement(tally(&s, 0, LL_PROJECTILE)) < 0.8);
     scene_close(&s);
 }
@@ -235,7 +236,8 @@ static void a_rewound_projectile_lands_as_without_lag(void **state)
         for (int k = 0; k < 3; k++) {
             landing late = fire_upon(lags[k], aim);
             assert_int_equal(late.body, none.body);
-            assert_true(fabs(late.at.x - none.at.x) <= 1e-9 && fabs(late.at.y - none.at.y) <= 1e-9);
+            assert_near(late.at.x, none.at.x, 1e-9);
+            assert_near(late.at.y, none.at.y, 1e-9);
         }
     }
     assert_true(hits >= 5 && hits < 24);
@@ -376,8 +378,11 @@ static void a_summary_keeps_the_sign(void **state)
         ll_histogram_add(&m->peek[values[i] < 0], fabs(values[i]));
     ll_summary s = ll_shots_peeks(m);
     assert_int_equal(s.count, 10);
-    assert_true(fabs(s.mean - 4.7) < 1e-12 && s.p50 == 3 && s.p95 == 20 && s.max == 20);
-    assert_true(fabs(s.rms - sqrt(745 / 10.0)) < 1e-12);
+    assert_near(s.mean, 4.7, 1e-12);
+    assert_true(s.p50 == 3);
+    assert_true(s.p95 == 20);
+    assert_true(s.max == 20);
+    assert_near(s.rms, sqrt(745 / 10.0), 1e-12);
     for (int i = 0; i < 9; i++)
         ll_histogram_add(&m->peek[1], 5);
     assert_true(ll_shots_peeks(m).p50 == -5); /* the tenth of 19: ten lie below -2 */

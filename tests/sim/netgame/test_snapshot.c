@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
@@ -106,10 +107,11 @@ static void rounding_is_uniform(void **state)
     ll_summary r = ll_rounding_summary(ll_server_baseline_history(ll_netgame_server(s.game)));
     double n = (double)r.count, error = step / sqrt(48 * n);
     assert_true(n > 2500);
-    assert_true(fabs(r.mean - step / 4) < 3 * error);
-    assert_true(fabs(r.rms - step / sqrt(12)) < 3 * error);
+    assert_near(r.mean, step / 4, 3 * error);
+    assert_near(r.rms, step / sqrt(12), 3 * error);
     assert_true(r.max <= step / 2 * (1 + 1e-6) && r.max > 0.499 * step);
-    assert_true(fabs(r.p50 - step / 4) < step / 64 + 3 * error && fabs(r.p95 - 0.475 * step) < step / 64);
+    assert_near(r.p50, step / 4, step / 64 + 3 * error);
+    assert_near(r.p95, 0.475 * step, step / 64);
     scene_close(&s);
 }
 
@@ -162,8 +164,8 @@ static void long_states_travel_as_fragments(void **state)
             gone += e->type == LL_EVENT_SNAPSHOT && e->player == 0 && e->fate == LL_FATE_LOST;
         }
         assert_true(messages >= 40 * 30 - 1);
-        assert_true(fabs(gone / messages - lost) < 4 * sqrt(lost * (1 - lost) / messages));
-        assert_true(fabs(ll_link_loss_pct(link) / 100 - p) < 4 * sqrt(p * (1 - p) / (double)link->sent));
+        assert_near(gone / messages, lost, 4 * sqrt(lost * (1 - lost) / messages));
+        assert_near(ll_link_loss_pct(link) / 100, p, 4 * sqrt(p * (1 - p) / (double)link->sent));
         scene_close(&s);
         tape_free(&t);
     }

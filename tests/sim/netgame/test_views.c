@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "support/near.h"
 #include "support/scene.h"
 
 static const ll_client_metrics *of(const scene *s, int player)
@@ -69,8 +70,8 @@ static void silences_are_bridged_up_to_the_cap(void **state)
     double bridged = (double)a->buffer.extrapolated_frames / 60, waited = (double)a->buffer.held_frames / 60,
            alone = (double)b->buffer.held_frames / 60;
     /* A's wait at the limit counts as extrapolated too: it stands where extrapolation has put it. */
-    assert_true(fabs(bridged - alone) < 3 * 0.05);
-    assert_true(fabs(bridged - waited - (0.175 + 0.4 + 0.4)) < 0.06);
+    assert_near(bridged, alone, 3 * 0.05);
+    assert_near(bridged - waited, (0.175 + 0.4 + 0.4), 0.06);
     assert_true(a->buffer.underruns == 3 && b->buffer.underruns == 3);
     /* More than 250 ms behind: also after 0.5 s, where nothing was bridged. */
     assert_true(a->buffer.overruns == 1 && b->buffer.overruns == 2);
@@ -85,7 +86,7 @@ static void dead_reckoning_trades_lateness_for_error(void **state)
     (void)state;
     const char *const arrival[] = {"players.1.extrapolation_clock=arrival", NULL};
     scene s = run_whole("dead_reckoning", arrival);
-    assert_true(fabs(summary(&s, 1, LL_METRIC_VIEW_AGE).mean - 80) < 0.1);
+    assert_near(summary(&s, 1, LL_METRIC_VIEW_AGE).mean, 80, 0.1);
     assert_true(summary(&s, 1, LL_METRIC_REMOTE_ERROR).rms < summary(&s, 0, LL_METRIC_REMOTE_ERROR).rms / 3);
     scene_close(&s);
     s = run_whole("dead_reckoning", NULL);
@@ -110,7 +111,7 @@ static void adaptive_delays_match_the_link(void **state)
         snprintf(b, sizeof b, "players.1.clock_phase=0.%d", tenths);
         const char *const sets[] = {a, b, NULL};
         scene s = run_whole("adaptive_delay", sets);
-        assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->view.delay) - (1000.0 / 30 + 10)) < 0.001);
+        assert_near(ll_to_ms(ll_netgame_client(s.game, 0)->view.delay), (1000.0 / 30 + 10), 0.001);
         assert_true(of(&s, 0)->buffer.underruns < of(&s, 1)->buffer.underruns);
         assert_true(tenths > 0 || of(&s, 0)->buffer.underruns < of(&s, 1)->buffer.underruns / 3);
         assert_true(mean(&of(&s, 0)->buffer.delay_ms) < mean(&of(&s, 1)->buffer.delay_ms));
@@ -127,8 +128,8 @@ static void catching_up_calmly_leaves_something_in_stock(void **state)
 {
     (void)state;
     scene s = run_whole("time_scale", NULL);
-    assert_true(fabs(of(&s, 0)->buffer.time_scale.max - 1.1) < 1e-6 &&
-                fabs(of(&s, 1)->buffer.time_scale.max - 1.02) < 1e-6);
+    assert_near(of(&s, 0)->buffer.time_scale.max, 1.1, 1e-6);
+    assert_near(of(&s, 1)->buffer.time_scale.max, 1.02, 1e-6);
     assert_true(of(&s, 0)->buffer.underruns > 60 && of(&s, 1)->buffer.underruns <= 2);
     assert_true(of(&s, 1)->track[0].smooth.acceleration < of(&s, 0)->track[1].smooth.acceleration);
     scene_close(&s);

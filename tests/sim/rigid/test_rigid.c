@@ -15,6 +15,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 #include "sim/rigid/rigid.h"
+#include "support/near.h"
 
 /* ---- helpers ---- */
 
@@ -57,12 +58,6 @@ static double metric(ll_session *s, const char *path)
     return value;
 }
 
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g instead of %.17g", value, expected);
-}
-
 static void patch(ll_session *s, const char *text)
 {
     cJSON *json = cJSON_Parse(text);
@@ -85,11 +80,11 @@ static void a_body_falls_as_its_steps_say(void **state)
         session_of("{\"kind\":\"rigid\",\"duration_s\":1,\"gravity\":[0,-10],"
                    "\"solver\":{\"substeps\":1},\"bodies\":[{\"velocity\":[3,0],\"angular_velocity\":2}]}");
     run_to(s, 60);
-    near(metric(s, "bodies.0.position.0"), 3, 1e-12);
-    near(metric(s, "bodies.0.position.1"), -10.0 / 3600 * 60 * 61 / 2, 1e-12);
-    near(metric(s, "bodies.0.velocity.1"), -10, 1e-12);
-    near(metric(s, "bodies.0.angle"), 2, 1e-12);
-    near(metric(s, "momentum_error_kgmps"), 0, 1e-12);
+    assert_near(metric(s, "bodies.0.position.0"), 3, 1e-12);
+    assert_near(metric(s, "bodies.0.position.1"), -10.0 / 3600 * 60 * 61 / 2, 1e-12);
+    assert_near(metric(s, "bodies.0.velocity.1"), -10, 1e-12);
+    assert_near(metric(s, "bodies.0.angle"), 2, 1e-12);
+    assert_near(metric(s, "momentum_error_kgmps"), 0, 1e-12);
     ll_session_destroy(s);
 }
 
@@ -103,10 +98,10 @@ static void elastic_impacts_keep_momentum_and_energy(void **state)
         "{\"shape\":\"circle\",\"position\":[2,0],\"velocity\":[-2,0],\"density\":1,\"restitution\":1}]}");
     double before = metric(s, "kinetic_j");
     run_to(s, 120);
-    near(metric(s, "bodies.0.velocity.0"), (3.0 * 4 + 1 * -2 + 1 * (-2.0 - 4)) / 4, 1e-12);
-    near(metric(s, "bodies.1.velocity.0"), (3.0 * 4 + 1 * -2 + 3 * (4.0 + 2)) / 4, 1e-12);
-    near(metric(s, "kinetic_j") / before, 1, 1e-12);
-    near(metric(s, "momentum_error_kgmps"), 0, 1e-12);
+    assert_near(metric(s, "bodies.0.velocity.0"), (3.0 * 4 + 1 * -2 + 1 * (-2.0 - 4)) / 4, 1e-12);
+    assert_near(metric(s, "bodies.1.velocity.0"), (3.0 * 4 + 1 * -2 + 3 * (4.0 + 2)) / 4, 1e-12);
+    assert_near(metric(s, "kinetic_j") / before, 1, 1e-12);
+    assert_near(metric(s, "momentum_error_kgmps"), 0, 1e-12);
     ll_session_destroy(s);
 }
 
@@ -120,7 +115,7 @@ static void a_distance_joint_keeps_the_distance_of_its_anchors(void **state)
                                "\"joints\":[{\"type\":\"distance\",\"a\":0,\"b\":1,\"anchor_a\":[0,0]}]}");
     run_to(s, 180);
     double x = metric(s, "bodies.1.position.0"), y = metric(s, "bodies.1.position.1") - 5;
-    near(sqrt(x * x + y * y), 5, 0.002);
+    assert_near(sqrt(x * x + y * y), 5, 0.002);
     assert_true(metric(s, "joint_error_worst") < 0.01);
     ll_session_destroy(s);
 }
@@ -136,17 +131,17 @@ static void volumes_are_judged_against_the_shapes(void **state)
         "{\"kind\":\"rigid\",\"duration_s\":1,\"gravity\":[0,0],\"compare_volumes\":true,\"bodies\":["
         "{\"angle\":0.7853981633974483},{\"angle\":0.7853981633974483,\"position\":[0.9,0.9]}]}");
     run_to(s, 10);
-    near(metric(s, "volumes.aabb.area_overestimated_pct"), 100, 1e-9);
-    near(metric(s, "volumes.sphere.area_overestimated_pct"), 100 * (3.14159265358979 / 2 - 1), 1e-6);
-    near(metric(s, "volumes.obb.area_overestimated_pct"), 0, 1e-9);
-    near(metric(s, "volumes.aabb.false_hits"), 10, 0);
-    near(metric(s, "volumes.aabb.gap_max_m"), 0.9 * sqrt(2) - 1, 1e-12);
-    near(metric(s, "volumes.sphere.false_hits"), 10, 0);
-    near(metric(s, "volumes.obb.false_hits"), 0, 0);
+    assert_near(metric(s, "volumes.aabb.area_overestimated_pct"), 100, 1e-9);
+    assert_near(metric(s, "volumes.sphere.area_overestimated_pct"), 100 * (3.14159265358979 / 2 - 1), 1e-6);
+    assert_near(metric(s, "volumes.obb.area_overestimated_pct"), 0, 1e-9);
+    assert_near(metric(s, "volumes.aabb.false_hits"), 10, 0);
+    assert_near(metric(s, "volumes.aabb.gap_max_m"), 0.9 * sqrt(2) - 1, 1e-12);
+    assert_near(metric(s, "volumes.sphere.false_hits"), 10, 0);
+    assert_near(metric(s, "volumes.obb.false_hits"), 0, 0);
     for (int v = 0; v < LL_VOLUMES; v++) {
         char path[64];
         snprintf(path, sizeof path, "volumes.%s.missed_hits", ll_volume_names[v]);
-        near(metric(s, path), 0, 0);
+        assert_near(metric(s, path), 0, 0);
     }
     ll_session_destroy(s);
 }
@@ -227,9 +222,10 @@ static void worlds_with_the_same_solver_stay_the_same(void **state)
         session_of("{\"kind\":\"rigid\",\"scene\":\"rugged_wall\",\"duration_s\":3,"
                    "\"side_by_side\":[{},{\"solver\":{\"method\":\"xpbd\"}}],\"solver\":{\"substeps\":8}}");
     run_to(s, 180);
-    near(metric(s, "energy_j"), metric(s, "side_by_side.0.energy_j"), 0); /* with the first's substeps */
+    assert_near(metric(s, "energy_j"), metric(s, "side_by_side.0.energy_j"),
+                0); /* with the first's substeps */
     assert_true(metric(s, "energy_j") != metric(s, "side_by_side.1.energy_j"));
-    near(metric(s, "side_by_side.1.passes_per_s"), 60 * 8 * 3, 0);
+    assert_near(metric(s, "side_by_side.1.passes_per_s"), 60 * 8 * 3, 0);
     patch(s, "{\"side_by_side.0.solver.method\":\"pgs\"}");
     patch(s, "{\"gravity\":[1,-10]}"); /* which wakes all */
     run_to(s, 170);
@@ -285,12 +281,12 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     ok(ll_session_input(s, 0, 0, &pull));
     run_to(s, 240);
     double hang = 10 / (31.41592653589793 * 31.41592653589793); /* by a spring of 5 Hz */
-    near(metric(s, "bodies.1.position.0"), 1, 2e-4);
-    near(metric(s, "bodies.1.position.1"), 2 - hang, 2e-4);
-    near(metric(s, "side_by_side.0.bodies.1.position.1"), 2 - hang, 2e-4);
+    assert_near(metric(s, "bodies.1.position.0"), 1, 2e-4);
+    assert_near(metric(s, "bodies.1.position.1"), 2 - hang, 2e-4);
+    assert_near(metric(s, "side_by_side.0.bodies.1.position.1"), 2 - hang, 2e-4);
     ok(ll_session_input(s, 0, 0, &leave));
     run_to(s, 400);
-    near(metric(s, "bodies.1.position.1"), 0.5, 0.01);
+    assert_near(metric(s, "bodies.1.position.1"), 0.5, 0.01);
     uint64_t hash = ll_session_hash(s);
 
     ok(ll_session_run_to(s, 100)); /* a replay of the log, from a checkpoint and from the start */
