@@ -168,14 +168,16 @@ static int predicted_steps(const ll_game *game, int players)
     return steps;
 }
 
-/* Where nothing touches, always; else at least while a player alone touches nothing, a third of the time. */
+/* Always, where a prediction reads nothing else and nothing touches; else a player alone, who pushes things
+ * about (in `stack` cards, which no prediction has), a third of the time. */
 static void a_step_is_what_its_players_predict(void **state)
 {
     (void)state;
     for (int g = 0; ll_games[g]; g++) {
         const ll_game *game = ll_games[g];
-        int steps = predicted_steps(game, game->reach == NULL ? PLAYERS : 1);
-        if (steps < (game->reach == NULL ? TICKS : TICKS / 3))
+        bool exact = !game->own_reads_world && game->reach == NULL && game != &ll_game_stack;
+        int steps = predicted_steps(game, exact ? PLAYERS : 1);
+        if (steps < (exact ? TICKS : TICKS / 3))
             fail_msg("%s: %d of %d steps are as predicted", game->name, steps, TICKS);
     }
 }

@@ -51,9 +51,10 @@ static outcome play(const char *policy, double lag_ms, int seeds)
         all.covered += (double)cover->shown.count;
         all.vetoed += (double)cover->vetoed;
         all.rollback_m += m->rollback.sum;
-        all.rewind_ms = larger(all.rewind_ms, ll_histogram_summary(&m->rewind).max);
-        all.longest_ms =
-            larger(all.longest_ms, cover->shown.count ? ll_histogram_summary(&cover->shown).max : 0);
+        const ll_summary rewind = ll_histogram_summary(&m->rewind),
+                         shown = ll_histogram_summary(&cover->shown);
+        all.rewind_ms = larger(all.rewind_ms, rewind.count ? rewind.max : 0);
+        all.longest_ms = larger(all.longest_ms, shown.count ? shown.max : 0);
         const ll_world *world = ll_server_world(ll_netgame_server(s.game));
         all.hash = ll_hash(0, world, ll_world_size(world));
         scene_close(&s);
