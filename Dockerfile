@@ -6,7 +6,7 @@ ARG BASE=docker.io/library/debian:bookworm-slim@sha256:abd67ffcfa541b485a3dff598
 FROM ${BASE} AS build
 RUN apt-get update \
     && apt-get install -y --no-install-recommends gcc libc6-dev cmake ninja-build pkg-config nodejs npm python3 ca-certificates \
-        libmicrohttpd-dev libwebsockets-dev libev-dev libcjson-dev libsqlite3-dev libssl-dev zlib1g-dev \
+        libmicrohttpd-dev libwebsockets-dev libwebsockets-evlib-ev libev-dev libcjson-dev libsqlite3-dev libssl-dev zlib1g-dev \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /laglab
 # Node has authorities of its own; these are the base's, with those that an own network needs.
