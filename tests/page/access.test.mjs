@@ -6,7 +6,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, dialogOf, launch, settles, visit } from './lib.mjs';
+import { axe, dialogOf, launch, refreshes, runOn, settles, SIZES, visit } from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -27,7 +27,7 @@ for (const size of SIZES) {
   for (const scenario of ['race', 'cannon', 'paper/fig08']) {
     test(`axe finds nothing: ${scenario} at ${size.name}`, async () => {
       const { page, close } = await visit(browser, daemon.url + join(size.query, `scenario=${scenario}`), size);
-      await page.waitForTimeout(400);
+      await refreshes(page);
       assert.deepEqual(await axe(page), []);
       await close();
     });
@@ -211,14 +211,14 @@ test('announcements come at most once in two seconds', async () => {
   });
   for (let i = 0; i < 10; i++) {
     await page.keyboard.press('Alt+k');
-    await page.waitForTimeout(350);
+    await refreshes(page, 15);
   }
   const spoken = await page.evaluate(() => globalThis.spoken);
   assert.ok(spoken.length >= 1, 'something is spoken');
   for (let i = 1; i < spoken.length; i++) assert.ok(spoken[i] - spoken[i - 1] > 1900, spoken.join());
-  await page.waitForTimeout(2500); /* playing by itself says nothing more */
+  await runOn(page, 2.2); /* playing by itself says nothing more */
   const then = await page.evaluate(() => globalThis.spoken.length);
-  await page.waitForTimeout(2500);
+  await runOn(page, 2.2);
   assert.equal(await page.evaluate(() => globalThis.spoken.length), then);
   await close();
 });

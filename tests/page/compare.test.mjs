@@ -4,7 +4,24 @@ import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, control, frameOf, launch, paramsOf, pause, reads, scrub, sessionOf, settles, until, visit } from './lib.mjs';
+import {
+  api,
+  axe,
+  button,
+  control,
+  frameOf,
+  launch,
+  paramsOf,
+  pause,
+  reads,
+  refreshes,
+  scrub,
+  sessionOf,
+  settles,
+  stepOnce,
+  until,
+  visit,
+} from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -19,24 +36,18 @@ after(async () => {
   await daemon?.stop();
 });
 
-const LONG_MS = 20000; // two runs of a minute are computed
 /** What the page says of the comparison. @param {import('playwright-core').Page} page @returns {Promise<any>} */
 const facts = (page) => page.evaluate(() => globalThis.laglab().compare);
 /** Until both runs are computed and drawn. @param {import('playwright-core').Page} page */
 async function computed(page) {
-  await page.waitForSelector('main.compare', { timeout: LONG_MS });
-  await until(
-    async () => {
-      const now = await facts(page);
-      return now && !now.working && now.second !== '' && now.traces.every((n) => n > 1) && now.ticks.length === 2;
-    },
-    'both runs are computed',
-    LONG_MS,
-  );
+  await page.waitForSelector('main.compare');
+  await until(async () => {
+    const now = await facts(page);
+    return now && !now.working && now.second !== '' && now.traces.every((n) => n > 1) && now.ticks.length === 2;
+  }, 'both runs are computed');
 }
 /** Until both views show that tick. @param {import('playwright-core').Page} page @param {number} tick */
-const both = (page, tick) =>
-  until(async () => (await facts(page)).ticks.join() === `${tick},${tick}`, `both views show tick ${tick}`, LONG_MS);
+const both = (page, tick) => until(async () => (await facts(page)).ticks.join() === `${tick},${tick}`, `both views show tick ${tick}`);
 
 async function open(query = '?scenario=race', wish = {}) {
   const visited = await visit(browser, daemon.url + query, wish);
@@ -57,7 +68,7 @@ async function change(page, run, value) {
   const now = () => page.evaluate(() => ({ ...globalThis.laglab().compare, first: globalThis.laglab().params }));
   const path = await page.locator('#compare-setting').inputValue();
   const at = (of) => path.split('.').reduce((one, part) => one?.[part], of);
-  await until(async () => String(at(run === 0 ? (await now()).first : (await now()).params)) === value, `${path} is ${value}`, LONG_MS);
+  await until(async () => String(at(run === 0 ? (await now()).first : (await now()).params)) === value, `${path} is ${value}`);
   await computed(page);
 }
 
@@ -160,7 +171,7 @@ test('one time steers both: scrub, step, play, pause, the curves', async () => {
   const at = async (id) => (await api(daemon.url, `sessions/${id}`)).body;
   await scrub(page, 3);
   await both(page, 180);
-  await button(page, 'One tick forward').click();
+  await stepOnce(page, 'forward');
   await both(page, 181);
   await button(page, 'Play').click();
   const running = await until(async () => {
@@ -184,14 +195,10 @@ test('one time steers both: scrub, step, play, pause, the curves', async () => {
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await page.mouse.down();
   await page.mouse.up();
-  await until(
-    async () => {
-      const { ticks } = await facts(page);
-      return ticks[0] === ticks[1] && ticks[0] > 1700 && ticks[0] < 1900;
-    },
-    'the middle of the curves is about 30 s',
-    LONG_MS,
-  );
+  await until(async () => {
+    const { ticks } = await facts(page);
+    return ticks[0] === ticks[1] && ticks[0] > 1700 && ticks[0] < 1900;
+  }, 'the middle of the curves is about 30 s');
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -206,7 +213,7 @@ test('how much is compared: ten minutes of both, with the largest distance where
     ['10 s', '30 s', '60 s', '120 s', '300 s', '600 s'],
   );
   await page.locator('#compare-length').selectOption('600');
-  await until(async () => (await facts(page)).traces.join() === '36001,36001', 'ten minutes of both', LONG_MS);
+  await until(async () => (await facts(page)).traces.join() === '36001,36001', 'ten minutes of both');
   await computed(page);
   const expected = await Promise.all([{ duration_s: 700 }, set].map((one) => reference(one, 'player_0_remote_error_m', 600)));
   const gaps = expected[0].values.map((value, tick) => Math.abs(expected[1].values[tick] - value)),
@@ -222,7 +229,7 @@ test('how much is compared: ten minutes of both, with the largest distance where
   await computed(page);
   assert.deepEqual((await facts(page)).traces, [36001, 36001]);
   await page.locator('#compare-length').selectOption('10');
-  await until(async () => (await facts(page)).traces.join() === '601,601', 'ten seconds of both', LONG_MS);
+  await until(async () => (await facts(page)).traces.join() === '601,601', 'ten seconds of both');
   await both(page, 600);
   assert.deepEqual(complaints, []);
   await close();
@@ -284,16 +291,12 @@ test('what a person drives becomes a script; Reset is followed', async () => {
   const controls = async () => [(await paramsOf(page)).players[0].control, (await facts(page)).params.players[0].control];
   assert.deepEqual(await controls(), ['script', 'script']);
   await page.keyboard.press('ArrowRight');
-  await page.waitForTimeout(300);
+  await refreshes(page);
   assert.deepEqual(await controls(), ['script', 'script'], 'keys do not drive one of two runs');
   await change(page, 0, '40');
   await button(page, 'Reset').click();
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 150, 'the first run is that of the scenario');
-  await until(
-    async () => /^Both runs are the same/.test((await page.locator('#compare-sentence').textContent()) ?? ''),
-    'its curves too',
-    LONG_MS,
-  );
+  await until(async () => /^Both runs are the same/.test((await page.locator('#compare-sentence').textContent()) ?? ''), 'its curves too');
   assert.deepEqual(visited.complaints, []);
   await visited.close();
 });

@@ -3,7 +3,22 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, dialogOf, frameOf, launch, paramsOf, reads, sessionOf, settles, until, visit } from './lib.mjs';
+import {
+  api,
+  axe,
+  button,
+  dialogOf,
+  frameOf,
+  launch,
+  paramsOf,
+  reads,
+  refreshes,
+  runOn,
+  sessionOf,
+  settles,
+  until,
+  visit,
+} from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -21,7 +36,6 @@ const words = (page, view, what) =>
     ({ index, source }) =>
       new RegExp(source).test(document.querySelector(`canvas[data-view="${index}"]`)?.getAttribute('aria-label') ?? ''),
     { index: view, source: what.source },
-    { timeout: 5000 },
   );
 const listed = async (page) => (await page.locator('.happened li').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
 
@@ -51,24 +65,13 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   });
   await words(page, 2, /^View of player B/);
   const plain = await ink(page, 2);
-  await control({ op: 'seek', time_s: 9 });
-  await control({ op: 'speed', speed: 4 });
-  await control({ op: 'play' });
-  const states = new Set();
-  const at = async (state) => {
-    await until(
-      async () => {
-        const now = (await frameOf(page)).views[2].connection;
-        states.add(now);
-        return now === state;
-      },
-      `state ${state}`,
-      15000,
-    );
-    await control({ op: 'pause' });
-    await page.waitForTimeout(400);
+  await control({ op: 'seek', time_s: 12.5 });
+  const at = async (/** @type {number} */ time, /** @type {number} */ state) => {
+    await control({ op: 'play', until_tick: Math.round(time * 60) });
+    await until(async () => (await frameOf(page)).time_s >= time, `${time} s`);
+    assert.equal((await frameOf(page)).views[2].connection, state, `at ${time} s`);
   };
-  await at(3);
+  await at(15, 3);
   await words(page, 2, /^Stalled · dropped by the server\. View of player B/);
   await settles(
     async () => (await listed(page)).map((text) => text.replace(/^(≤ )?[\d.]+ s /, '')),
@@ -76,14 +79,13 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   );
   assert.ok((await frameOf(page)).views[1].entities[1].flags & 128, 'away for A');
   assert.ok(!((await frameOf(page)).views[1].entities[0].flags & 128));
-  await control({ op: 'play' });
-  await at(5);
+  await at(17, 5);
   await words(page, 2, /^Disconnected\. View of player B/);
   await words(page, 1, /^View of player A/);
   await until(async () => (await ink(page, 2)) < 0.6 * plain, `dimmed, less than ${plain}`);
   assert.deepEqual(await axe(page), []);
   await control({ op: 'play' });
-  await until(async () => (await frameOf(page)).time_s > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again', 15000);
+  await until(async () => (await frameOf(page)).time_s > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again');
   await settles(
     async () => (await listed(page)).map((text) => text.replace(/^(≤ )?[\d.]+ s /, '')),
     ['B dropped by the server', 'B stalled', 'B disconnected', 'B joined again'],
@@ -103,10 +105,10 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
 
 test('pings are among the messages when they are wanted', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:300`);
-  await page.waitForTimeout(1500);
+  await runOn(page, 1.5);
   await page.keyboard.press('Alt+k');
   await button(page, 'Play').waitFor();
-  await page.waitForTimeout(300);
+  await refreshes(page);
   const lane = () => page.evaluate(() => /** @type {HTMLCanvasElement} */ (document.getElementById('lane')).toDataURL());
   const pings = await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 7 || m.type === 8).length);
   assert.ok(pings >= 4, `${pings} pings and pongs`);
@@ -126,7 +128,7 @@ test('a value without a sample is a dash; one with samples is a number', async (
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
   await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
   for (const name of ['latency', 'lost', 'error']) assert.equal(await cell(`${name}/1`), '–', name);
-  await until(async () => (await cell('latency/1')) !== '–', 'a change of B', 20000);
+  await until(async () => (await cell('latency/1')) !== '–', 'a change of B');
   const latency = Number(await cell('latency/1'));
   assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
   await settles(() => cell('lost/1'), '0');
@@ -170,9 +172,9 @@ test('both locksteps can be chosen, each by its name', async () => {
   ])) {
     await choice.selectOption(sync);
     await until(async () => (await paramsOf(page)).server.sync === sync, sync);
-    await page.waitForTimeout(1000);
+    await runOn(page, 1);
     const { time_s: time, views } = await frameOf(page);
-    await page.waitForTimeout(2500);
+    await runOn(page, 2);
     const later = await frameOf(page),
       pace = (later.views[0].input_seq - views[0].input_seq) / (later.time_s - time);
     assert.ok(pace > low && pace < high, `${sync}: ${pace} steps a second`);
@@ -236,11 +238,11 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   const chip = page.locator('#pace');
   assert.equal(await chip.count(), 0);
   await hold(300);
-  await until(async () => (await chip.count()) === 1, 'the chip', 15000);
+  await until(async () => (await chip.count()) === 1, 'the chip');
   await reads(chip, /^Slow: (30|20|15|10|8|5|4) Hz$/);
   await reads(page.locator('#chip'), /Live/);
   await hold(0);
-  await until(async () => (await chip.count()) === 0, 'all frames', 90000);
+  await until(async () => (await chip.count()) === 0, 'all frames');
   await close();
 });
 
@@ -248,12 +250,12 @@ test('skipped events are reported', async () => {
   const { page, hold, close } = await slowPage('?scenario=eight&set=duration_s:120');
   const gaps = () => page.evaluate(() => globalThis.laglab().gaps);
   await page.locator('#lane').scrollIntoViewIfNeeded(); // what is not seen is not drawn
-  assert.deepEqual(await gaps(), []);
+  const before = (await gaps()).length; /* a busy machine has its own */
   await hold(3000); // longer than events are kept, shorter than the daemon waits for an acknowledgement
-  await until(async () => (await gaps()).length > 0, 'the gap', 20000);
+  await until(async () => (await gaps()).length > before, 'the gap');
   await hold(0);
-  await until(async () => /\d+ events missing/.test(await page.locator('#lane-facts').innerText()), 'it is shown', 8000);
-  const [gap] = await gaps();
+  await until(async () => /\d+ events missing/.test(await page.locator('#lane-facts').innerText()), 'it is shown');
+  const gap = (await gaps()).at(-1);
   assert.ok(gap.count > 0 && gap.to > gap.from, JSON.stringify(gap));
   await close();
 });

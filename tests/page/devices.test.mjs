@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { axe, launch, settles, shown, tickOf, until, visit } from './lib.mjs';
+import { axe, launch, refreshes, settles, shown, tickOf, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -96,7 +96,7 @@ for (const [name, at] of PLACES)
 test('with reduced motion every lab waits at its start', async () => {
   for (const [name, at] of LABS) {
     const { page, close } = await open(at, { reducedMotion: 'reduce' });
-    await page.waitForTimeout(300);
+    await refreshes(page);
     assert.equal(await tickOf(page), 0, name);
     await page.locator('#play').click();
     await until(async () => (await tickOf(page)) > 0, `${name} plays after a click`);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { control, dialogOf, frameOf, launch, settles, until, visit } from './lib.mjs';
+import { control, dialogOf, frameOf, launch, refreshes, runOn, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -21,14 +21,10 @@ const spread = (list) => Math.max(...list) - Math.min(...list);
 test("Figure 8: the dots of client and server are evenly spaced, the client's 250 ms later", async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
   await settles(() => page.getByRole('checkbox', { name: 'Arrival dots' }).isChecked(), true);
-  const dots = await until(
-    async () => {
-      const d = await dotsOf(page);
-      return d[1].length >= 5 && d[0].length >= 5 && d;
-    },
-    'dots',
-    15000,
-  );
+  const dots = await until(async () => {
+    const d = await dotsOf(page);
+    return d[1].length >= 5 && d[0].length >= 5 && d;
+  }, 'dots');
   for (const view of [0, 1]) {
     const list = gaps(dots[view]);
     assert.ok(spread(list) < 0.05 && Math.abs(list[0] - 1 / 3) < 0.05, `view ${view}: ${list.map((g) => g.toFixed(3))}`);
@@ -45,32 +41,26 @@ test("Figure 8: the dots of client and server are evenly spaced, the client's 25
 
 test('Figure 9: with random latency they are not', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig09`);
-  const dots = await until(
-    async () => {
-      const d = await dotsOf(page);
-      return d[1].length >= 8 && d;
-    },
-    'dots, more than happen to be even',
-    20000,
-  );
+  const dots = await until(async () => {
+    const d = await dotsOf(page);
+    return d[1].length >= 8 && d;
+  }, 'dots, more than happen to be even');
   assert.ok(spread(gaps(dots[1])) > 0.1, gaps(dots[1]).join());
   await close();
 });
 
 test('a dot is described in the view and announced', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
-  await until(async () => (await dotsOf(page))[1].length >= 5, 'dots', 15000);
+  await until(async () => (await dotsOf(page))[1].length >= 5, 'dots');
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
-  await page.waitForTimeout(200);
+  await refreshes(page);
   const picture = () => page.evaluate(() => /** @type {any} */ (document.querySelector('canvas[data-view="1"]')).toDataURL());
   const before = await picture();
   await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('Shift+ArrowLeft');
-  await page.waitForFunction(
-    () => /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent),
-    null,
-    { timeout: 5000 },
+  await page.waitForFunction(() =>
+    /Snapshot of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent),
   );
   await until(async () => (await picture()) !== before, 'the dot is named in the view');
   assert.deepEqual(complaints, []);
@@ -79,10 +69,10 @@ test('a dot is described in the view and announced', async () => {
 
 test('one input is selected among the messages, and its path is described', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
-  await page.waitForTimeout(2500);
+  await until(async () => (await frameOf(page)).time_s > 2.2, 'inputs and states');
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
-  await page.waitForTimeout(300);
+  await refreshes(page);
   await page.locator('.view[data-arrows]').focus();
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('ArrowLeft');
@@ -94,7 +84,7 @@ test('one input is selected among the messages, and its path is described', asyn
     await page.keyboard.press('.');
     await until(async () => (await frameOf(page)).tick === tick + 1, 'a step');
     for (let k = 0; k < 4; k++) await page.keyboard.press('ArrowLeft');
-    await page.waitForTimeout(60);
+    await refreshes(page, 4);
   }
   assert.ok(await whole(), await page.locator('#lane-facts').innerText());
   await page.keyboard.press('Escape');
@@ -107,12 +97,12 @@ test('prediction without reconciliation snaps; with it, in a separate lane, noth
     browser,
     `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`,
   );
-  await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
+  await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps');
   await until(async () => Number(await page.locator('[data-now="corrections/0"]').innerText()) > 0, 'the number of corrections');
   await control(page, 'players.0.reconciliation').setChecked(true);
-  await page.waitForTimeout(1500);
+  await runOn(page, 1.2);
   const count = (await frameOf(page)).views[1].corrections;
-  await page.waitForTimeout(1500);
+  await runOn(page, 1.2);
   assert.equal((await frameOf(page)).views[1].corrections, count);
   await close();
 });
@@ -141,7 +131,7 @@ test('interpolation draws the other between two snapshots and shows α', async (
       `${Math.min(...arrived)} ${view.render_time_s} ${frame.time_s}`,
     );
     alphas.add(view.alpha);
-    await page.waitForTimeout(70);
+    await refreshes(page, 4);
   }
   assert.ok(alphas.size > 3, [...alphas].join());
   await close();
@@ -149,7 +139,7 @@ test('interpolation draws the other between two snapshots and shows α', async (
 
 test('charts have a table of the same numbers', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
-  await page.waitForTimeout(2500);
+  await until(async () => (await frameOf(page)).time_s > 2, 'curves');
   await page.getByRole('group', { name: 'Unit of the distance' }).getByRole('button', { name: 'm', exact: true }).click();
   await page.getByRole('button', { name: 'Table of the distance' }).click();
   const dialog = await dialogOf(page);
@@ -170,10 +160,10 @@ test('charts have a table of the same numbers', async () => {
 
 test('unit, ghosts, labels and dots change what is drawn', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
-  await page.waitForTimeout(1500);
+  await until(async () => (await frameOf(page)).time_s > 1, 'dots');
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
-  await page.waitForTimeout(200);
+  await refreshes(page);
   const picture = () => page.evaluate(() => /** @type {any} */ (document.querySelector('canvas[data-view="1"]')).toDataURL());
   for (const name of ['Ghosts', 'Labels', 'Arrival dots']) {
     const before = await picture();

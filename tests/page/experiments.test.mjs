@@ -53,7 +53,7 @@ const specification = async (page) =>
 /** @param {import('playwright-core').Page} page */
 const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.hash)?.[1]);
 /** @param {import('playwright-core').Page} page */
-const done = (page) => page.locator('[data-state="done"]').waitFor({ timeout: 20000 });
+const done = (page) => page.locator('[data-state="done"]').waitFor();
 /** @param {import('playwright-core').Page} page @param {string} name */
 const column = async (page, name) => {
   const place = await page
@@ -180,7 +180,7 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
     const box = page.locator(`#until-${field}`),
       before = await box.inputValue();
     await box.fill(String(value));
-    await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
+    await page.locator('#wrong-until').filter({ hasText: words }).waitFor();
     await settles(() => box.getAttribute('aria-invalid'), 'true', String(field));
     await settles(() => box.getAttribute('aria-describedby'), 'wrong-until');
     await settles(() => page.locator('#run').isDisabled(), true);
@@ -253,7 +253,7 @@ test('windows: by time, while a condition holds, renamed, refused at its fields,
   await page
     .locator('#wrong-windows-0')
     .filter({ hasText: /to_s: must be above from_s, which is 3 s/ })
-    .waitFor({ timeout: 5000 });
+    .waitFor();
   await settles(() => page.locator('#window-0-to').getAttribute('aria-invalid'), 'true');
   await settles(() => page.locator('#run').isDisabled(), true);
   await page.locator('#window-0-to').fill('5');
@@ -293,7 +293,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
   const { metrics } = await specification(page),
     wanted = [metrics[1], metrics[3], metrics[0]];
   await page.locator(`[data-front="${metrics[0]}"]`).check();
-  await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor();
   for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
   await counted(page);
   await settles(
@@ -355,7 +355,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await counted(page);
   await reads(estimate(page), /^48 runs of 48 points/);
   await page.getByLabel('Base samples').fill('0');
-  await page.locator('#wrong-sample').filter({ hasText: 'count: must be a whole number from 1' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-sample').filter({ hasText: 'count: must be a whole number from 1' }).waitFor();
   await settles(() => page.locator('#points').getAttribute('aria-invalid'), 'true');
   await close();
 });
@@ -367,7 +367,7 @@ test('of many points those under others are not drawn, and it says how many; the
     { path: 'params.omega', from: 0.5, to: 5, count: 50 },
   ];
   const { id } = (await api(daemon.url, 'experiments', { scenario, axes, metrics: ['methods.0.e_max', 'methods.0.evaluations'] })).body;
-  await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs', 60000);
+  await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs');
   const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
   const text = await reads(page.locator('#covered'), /points lie under others/);
   const said = Number(/^([\d,]+) of 3,000 points lie under others/.exec(text)?.[1]?.replace(',', ''));
@@ -404,12 +404,10 @@ test('a work-precision experiment is written for a scenario of each kind, and fr
     assert.equal((await api(daemon.url, 'experiments?dry_run=true', written)).status, 200);
   }
   await page.goto(`${daemon.url}?scenario=eight&players.2.lag_ms=123`);
-  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null, null, {
-    timeout: 15000,
-  });
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null);
   const { players } = await page.evaluate(() => globalThis.laglab().params);
   await page.locator('#speed-against-error').click();
-  await page.locator('#run:not([disabled])').waitFor({ timeout: 15000 });
+  await page.locator('#run:not([disabled])').waitFor();
   const { scenario, cost } = await specification(page);
   assert.deepEqual([scenario.players.length, scenario.players[2].lag_ms, cost], [8, players[2].lag_ms, 'cost.ns_per_sim_s']);
   assert.deepEqual(complaints, []);
@@ -420,7 +418,7 @@ test('an error of the daemon is shown at the field that it names', async () => {
   const { page, close } = await open();
   const wrong = async (/** @type {string} */ field, /** @type {RegExp} */ words) => {
     const text = page.locator(`#wrong-${field.replaceAll('.', '-')}`);
-    await text.filter({ hasText: words }).waitFor({ timeout: 5000 });
+    await text.filter({ hasText: words }).waitFor();
     await settles(() => page.locator('#run').isDisabled(), true);
   };
   await page.locator('[data-axis="0.values"]').fill('0, 5000');

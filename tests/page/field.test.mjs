@@ -97,7 +97,7 @@ test('arrows drive in both directions', async () => {
 
 test('a view shows only what the player’s snapshots contain', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=swarm_interest`);
-  await until(async () => ((await frameOf(page))?.tick ?? 0) > 60, 'the first snapshots', 20000);
+  await until(async () => ((await frameOf(page))?.tick ?? 0) > 60, 'the first snapshots');
   /* 200 bodies on the server, in an area of a player some 30; lines to bodies without a place would darken the view */
   await until(async () => {
     const all = await painted(page, 0, '--truth');

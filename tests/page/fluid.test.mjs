@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, launch, paramsOf, reads, sessionOf, settles, until, visit } from './lib.mjs';
+import { axe, launch, paramsOf, reads, refreshes, sessionOf, settles, SIZES, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -78,7 +78,6 @@ test('/#fluid opens the lab, and it flows', async () => {
   await until(
     async () => (await shownValue(page, 'error_l1')) > 2 * (await shownValue(page, '1/error_l1')),
     'the disc is smeared, and next to it is not',
-    20000,
   );
   assert.ok(requests.some((r) => r.url().endsWith('js/labs/fluid/lab.js')) && requests.some((r) => r.url().endsWith('fluid.css')));
   assert.deepEqual(complaints, []);
@@ -367,9 +366,7 @@ test('keys drag the fluid', async () => {
 
 test('a fluid that blows up is shown as diverged', async () => {
   const { page, close } = await open('?scenario=fluid/taylor_green&set=solver.pressure:jacobi&set=solver.sweeps:5&set=solver.tolerance:0');
-  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, {
-    timeout: 15000,
-  });
+  await page.waitForFunction(() => /[Dd]iverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''));
   await reads(() => page.locator('#chip').textContent(), /[Ss]topped|[Ff]ailed/);
   await close();
 });
@@ -428,7 +425,7 @@ test('particles, a grid and a sea go side by side, each dragged at the same shar
 
 test('10,000 particles are drawn as they come, within a display refresh', async () => {
   const { page, close } = await open('?scenario=fluid/pool&set=params.size:400');
-  await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8, null, { timeout: 20000 }); /* few on a busy machine */
+  await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8); /* few on a busy machine */
   assert.equal((await fluidOf(page)).points[0]?.count, 10000);
   const colours = await page.locator('#fluid').evaluate((c) => {
     const { width, height } = /** @type {HTMLCanvasElement} */ (c),
@@ -448,15 +445,11 @@ test('10,000 particles are drawn as they come, within a display refresh', async 
 
 test('256 x 256 cells are drawn within a fraction of a display refresh', async () => {
   const { page, close } = await open('?scenario=fluid/cylinder&set=params.n:256', { reducedMotion: 'reduce' });
-  await until(
-    async () => {
-      /* a key that is pressed while a step is made goes for nothing */
-      await page.keyboard.press('Period');
-      return page.evaluate(() => globalThis.laglab().frame.tick >= 12);
-    },
-    'a dozen ticks',
-    20000,
-  );
+  await until(async () => {
+    /* a key that is pressed while a step is made goes for nothing */
+    await page.keyboard.press('Period');
+    return page.evaluate(() => globalThis.laglab().frame.tick >= 12);
+  }, 'a dozen ticks');
   assert.equal((await fluidOf(page)).field.bytes.length, 65536);
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
   assert.ok(costs[Math.floor(costs.length / 2)] < 16, `median ${costs[Math.floor(costs.length / 2)]} ms`);
@@ -468,7 +461,7 @@ for (const { name, width, height, query } of [...SIZES, { name: '320x640', width
     test(`without a complaint of axe and without sideways scrolling at ${name}, ${colorScheme}`, async () => {
       const { page, complaints, close } = await open(`${query}${query ? '&' : '?'}scenario=fluid/cavity`, { width, height, colorScheme });
       await page.waitForSelector('#profiles');
-      await page.waitForTimeout(300);
+      await refreshes(page);
       assert.deepEqual(await axe(page), []);
       const box = await page.locator('#fluid').boundingBox();
       assert.ok(box && box.height > 180 && box.width > 180, JSON.stringify(box));

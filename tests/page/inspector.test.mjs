@@ -20,7 +20,6 @@ async function words(page, what) {
   await page.waitForFunction(
     (source) => new RegExp(source).test(document.getElementById('lane')?.getAttribute('aria-label') ?? ''),
     what.source,
-    { timeout: 15000 },
   );
 }
 

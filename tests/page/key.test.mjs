@@ -5,7 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, launch, shown, visit } from './lib.mjs';
+import { axe, launch, refreshes, shown, SIZES, visit } from './lib.mjs';
 
 const KEY = 'seven-otters-in-a-row';
 const folder = mkdtempSync(path.join(tmpdir(), 'laglab-key-'));
@@ -64,7 +64,7 @@ test('a person who gives no key gets a message and is not asked again; a link ne
   await page.getByRole('dialog', { name: 'Class key' }).waitFor();
   await page.getByRole('button', { name: 'Cancel' }).click();
   await page.getByLabel('Note').getByText('creating one needs a class key').waitFor();
-  await page.waitForTimeout(2500);
+  await refreshes(page, 60);
   assert.equal(await page.locator('dialog[open]').count(), 0);
   await close();
   const watcher = await visit(browser, `${daemon.url}#s=${id}`);

@@ -12,10 +12,12 @@ import {
   paramsOf,
   pause,
   reads,
+  refreshes,
   scrub,
   sessionOf,
   settles,
   shown,
+  stepOnce,
   tickOf,
   until,
   visit,
@@ -74,17 +76,16 @@ for (const lab of LABS) {
     const { page, complaints, close } = await open(lab);
     await past(page, 30);
     await pause(page);
-    await page.waitForTimeout(150);
     const start = await stateOf(page);
     await at(page, start.tick);
     const picture = await drawn(page, lab.canvas);
-    await page.waitForTimeout(300);
+    await refreshes(page);
     assert.equal(await tickOf(page), start.tick);
     assert.equal(await drawn(page, lab.canvas), picture, 'a pause stands still');
-    await button(page, 'One tick forward').click();
+    await stepOnce(page, 'forward');
     await at(page, start.tick + 1);
     assert.notEqual((await stateOf(page)).hash, start.hash);
-    await button(page, 'One tick back').click();
+    await stepOnce(page, 'back');
     await at(page, start.tick);
     assert.equal((await stateOf(page)).hash, start.hash);
     const { time_s: time } = await frameOf(page);
@@ -134,9 +135,9 @@ for (const lab of LABS) {
     await reads(page.locator('#chip'), /Paused/);
     await owner.page.locator(`[data-path="${lab.path}"]`).selectOption(lab.value);
     await until(async () => (await page.locator(`[data-path="${lab.path}"]`).inputValue()) === lab.value, 'the reader follows a setting');
-    await button(owner.page, 'One tick back').click();
+    await stepOnce(owner.page, 'back');
     await at(page, tick - 1);
-    await button(owner.page, 'One tick forward').click();
+    await stepOnce(owner.page, 'forward');
     await at(page, tick);
     await button(page, 'Make my copy').click();
     await until(async () => {
@@ -238,7 +239,8 @@ test('the help has the keys and views of the lab that is shown: driving only wit
     assert.equal(keys.includes('Space'), lab !== 'Experiments', lab);
   }
   await button(page, 'Race').click();
-  await page.waitForSelector('#lane');
+  await page.waitForFunction(() => document.querySelector('.lab[aria-current="page"]')?.textContent === 'Race');
+  await shown(page);
   assert.deepEqual((await captions()).found, ['Keys', 'Driving']);
   await close();
 });

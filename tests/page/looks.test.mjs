@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { launch, pause, reads, scrub, settles, shown, until, visit } from './lib.mjs';
+import { launch, pause, reads, runOn, scrub, settles, shown, stepOnce, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -149,7 +149,7 @@ for (const at of [
   test(`with the projector’s colours at 1024 x 768 no text of a drawing is below 14 px, and curves are 3 px: ${at}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}${at}&theme=projector`, { width: 1024, height: 768 });
     await hear(page);
-    await page.waitForTimeout(1500);
+    await runOn(page, 1.2);
     const { texts, lines, colours } = await page.evaluate(async () => {
       const { palette } = await globalThis.moduleOf('draw/palette.js');
       return { texts: globalThis.texts, lines: globalThis.lines, colours: palette() };
@@ -178,7 +178,7 @@ test('texts of the lanes do not overlap at 30 updates a second, at any size', as
     await page.evaluate(() => {
       globalThis.texts.length = 0;
     });
-    await page.getByRole('button', { name: 'One tick forward', exact: true }).click();
+    await stepOnce(page, 'forward');
     const drawn = await until(async () => {
       const all = await page.evaluate(() => globalThis.texts);
       const of = all.filter(({ id }) => /lane/.test(id));
@@ -231,6 +231,6 @@ test('a page whose parts do not come is not white: its name, and a way to try ag
   });
   await page.unroute(/\/js\/shell\/(?:main|page)\.js/);
   await page.getByRole('link', { name: 'Reload' }).click();
-  await page.locator('[data-path]').first().waitFor({ state: 'attached', timeout: 60000 });
+  await page.locator('[data-path]').first().waitFor({ state: 'attached' });
   await context.close();
 });

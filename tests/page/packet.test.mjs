@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, frameOf, launch, pause, reads, settles, until, visit } from './lib.mjs';
+import { api, axe, button, frameOf, launch, pause, reads, refreshes, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -168,7 +168,7 @@ test('it moves on with time, stands still with it, and goes back with a step bac
   const begin = await says(page, /is under way: on the link up/);
   const picture = () => page.locator('#loops').evaluate((canvas) => /** @type {any} */ (canvas).toDataURL());
   const still = await picture();
-  await page.waitForTimeout(300);
+  await refreshes(page);
   assert.equal(await picture(), still, 'while time stands still');
   const number = inputOf(begin);
   const seen = [];

@@ -73,7 +73,7 @@ test('the button of the time bar presents, and Leave returns to it', async () =>
 test('each view says one sentence with a number of the stream', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&present=yes`, WIDE);
   await on(page);
-  await until(async () => (await tickOf(page)) > 240, 'four seconds', 15000);
+  await until(async () => (await tickOf(page)) > 240, 'four seconds');
   await page.keyboard.press('Space');
   await button(page, 'Play').waitFor();
   const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());
@@ -152,7 +152,7 @@ test('an experiment is presented by its scatter plot, or says that there is none
 test('next to the charts each player has three sentences, whose numbers are the stream’s; who drives reads “your”', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=gambetta_default&set=players.0.prediction:true`, WIDE);
   const says = (/** @type {string} */ at) => page.locator(`[data-sentence="${at}"]`).innerText();
-  await until(async () => (await tickOf(page)) > 300, 'five seconds', 15000);
+  await until(async () => (await tickOf(page)) > 300, 'five seconds');
   await page.keyboard.press('Space');
   await button(page, 'Play').waitFor();
   const { views } = await page.evaluate(() => globalThis.laglab().frame.plain());

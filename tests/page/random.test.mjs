@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { random } from '../lib/draws.mjs';
-import { axe, launch, until, visit } from './lib.mjs';
+import { axe, launch, refreshes, until, visit } from './lib.mjs';
 
 const SEED = Number(process.env.LAGLAB_PAGE_SEED ?? 20261124);
 const ACTIONS = 80;
@@ -63,7 +63,7 @@ for (const [i, [name, query, size]] of /** @type {[string, string, any][]} */ ([
 ]).entries()) {
   test(`${name}: ${ACTIONS} controls at random break nothing`, async () => {
     const { page, complaints, close } = await visit(browser, daemon.url + query, { ...size, wait: false });
-    await until(() => page.evaluate(() => document.querySelectorAll('main button, main select').length > 2), 'controls', 15000);
+    await until(() => page.evaluate(() => document.querySelectorAll('main button, main select').length > 2), 'controls');
     const next = random(SEED + i),
       done = /** @type {string[]} */ ([]);
     page.on('response', async (answer) => {
@@ -74,7 +74,7 @@ for (const [i, [name, query, size]] of /** @type {[string, string, any][]} */ ([
     page.on('console', (message) => done.push(message.text()));
     for (let n = 0; n < ACTIONS; n++) {
       done.push(await page.evaluate(act, /** @type {[number, number]} */ ([next(), next()])));
-      await page.waitForTimeout(40);
+      await refreshes(page, 2);
     }
     const said = complaints.filter(
       (text) => !/(status of|response code:) (400|404|409|413|422|429)/.test(text),

@@ -41,16 +41,12 @@ async function listen(page, base) {
   return {
     async take() {
       let last = -1;
-      await until(
-        async () => {
-          const still = seen.size === last && seen.size > 0;
-          last = seen.size;
-          await page.waitForTimeout(2000); /* the last parts are asked for 1.5 s after the first frame */
-          return still;
-        },
-        'all is read',
-        20000,
-      );
+      await until(async () => {
+        const still = seen.size === last && seen.size > 0;
+        last = seen.size;
+        await page.waitForTimeout(2000); /* the last parts are asked for 1.5 s after the first frame */
+        return still;
+      }, 'all is read');
       const list = [...seen.values()].filter(({ cached }) => !cached).map(({ path, status }) => `${status} ${path}`);
       seen.clear();
       return list;
@@ -134,7 +130,7 @@ test('another build at the same address: an open page goes on, a reload shows it
   const { id } = await sessionOf(page);
 
   await replace(two);
-  await until(async () => (await page.evaluate(() => globalThis.laglab().connection.state)) === 'open', 'connected again', 8000);
+  await until(async () => (await page.evaluate(() => globalThis.laglab().connection.state)) === 'open', 'connected again');
   assert.equal((await sessionOf(page)).id, id);
   assert.equal(await showRigid(page), 'two', 'a part that it had not read is of the daemon that answers');
   assert.deepEqual(await builds(page), ['one', 'one', 'one'], 'the rest stays');

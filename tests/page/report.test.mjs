@@ -44,15 +44,13 @@ async function open(name, wish = {}) {
   const context = await browser.newContext(wish),
     page = await context.newPage(),
     /** @type {string[]} */ said = [],
-    address = pathToFileURL(file(`${name}.html`)).href,
-    from = performance.now();
+    address = pathToFileURL(file(`${name}.html`)).href;
   page.on('console', (message) => said.push(message.text()));
   page.on('pageerror', (error) => said.push(error.message));
   page.on('request', (request) => request.url() === address || said.push(`asked for ${request.url()}`));
   await page.goto(address);
   await page.locator('#views canvas').first().waitFor();
-  const ms = performance.now() - from;
-  return { page, said, ms, close: () => context.close() };
+  return { page, said, close: () => context.close() };
 }
 
 const nodes = (/** @type {import('playwright-core').Page} */ page) => page.evaluate(() => document.getElementsByTagName('*').length);
@@ -76,14 +74,13 @@ test('many rows open at once, in two megabytes and a few hundred elements', asyn
     'many.csv',
   );
   const bytes = statSync(file('many.html')).size,
-    { page, said, ms, close } = await open('many');
+    { page, said, close } = await open('many');
   assert.ok(bytes <= 2e6, `${bytes} bytes`);
   for (const view of VIEWS) {
     await page.locator(`#tab-${view}`).click();
     assert.ok((await nodes(page)) < 2000, view);
   }
-  t.diagnostic(`${steps * 800} rows: ${bytes} bytes, ${await nodes(page)} elements, ${Math.round(ms)} ms to open`);
-  assert.ok(ms < 20000);
+  t.diagnostic(`${steps * 800} rows: ${bytes} bytes, ${await nodes(page)} elements`);
   // All rows of the file are in the page: their values in full here.
   const lines = readFileSync(file('many.csv'), 'utf8').trimEnd().split('\r\n'),
     heads = lines[0].split(','),

@@ -30,9 +30,9 @@ async function open(url) {
 /** The page draws newer and newer frames of this session, without a reload.
  * @param {import('playwright-core').Page} page @param {string} id */
 async function goes_on(page, id) {
-  await until(async () => (await sessionOf(page))?.id === id && (await frameOf(page)) !== null, `the page shows ${id}`, 15000);
+  await until(async () => (await sessionOf(page))?.id === id && (await frameOf(page)) !== null, `the page shows ${id}`);
   const { tick } = await frameOf(page);
-  await until(async () => (await frameOf(page)).tick > tick + 30, `frames of ${id} after tick ${tick}`, 15000);
+  await until(async () => (await frameOf(page)).tick > tick + 30, `frames of ${id} after tick ${tick}`);
   assert.equal(await page.evaluate(() => globalThis.never_reloaded), true, 'the page was not loaded again');
 }
 
@@ -90,9 +90,9 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   await late.page.getByLabel('Code on the board').fill(code);
   await button(late.page, 'Join').click();
   await site.again(shard);
-  await Promise.all(pages.map(({ page }) => until(async () => !(await page.locator('html[data-lost]').count()), 'it is over', 20000)));
+  await Promise.all(pages.map(({ page }) => until(async () => !(await page.locator('html[data-lost]').count()), 'it is over')));
   await Promise.all(pages.map(({ page, id: of }) => goes_on(page, of)));
-  await button(late.page, 'Watch').click({ timeout: 20000 });
+  await button(late.page, 'Watch').click();
   await goes_on(late.page, board);
 
   // What was taken before holds, and all can act.
@@ -100,9 +100,9 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   await until(async () => (await state()).seats[0].state === 'held', 'the seat');
   const frozen = ({ page }) => page.locator('#class .state[data-kind="frozen"]');
   await button(teacher.page, 'Freeze all').click();
-  await Promise.all([driver, copier].map((one) => frozen(one).waitFor({ timeout: 3000 })));
+  await Promise.all([driver, copier].map((one) => frozen(one).waitFor()));
   await button(teacher.page, 'Unfreeze').click();
-  await Promise.all([driver, copier].map((one) => frozen(one).waitFor({ state: 'detached', timeout: 3000 })));
+  await Promise.all([driver, copier].map((one) => frozen(one).waitFor({ state: 'detached' })));
   for (const { complaints } of [teacher, driver, copier, late])
     assert.deepEqual(
       complaints.filter((text) => !/Failed to load resource|WebSocket connection to/.test(text)),

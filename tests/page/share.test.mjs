@@ -2,7 +2,22 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, control, dialogOf, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import {
+  api,
+  control,
+  dialogOf,
+  frameOf,
+  launch,
+  paramsOf,
+  reads,
+  refreshes,
+  runOn,
+  sessionOf,
+  settles,
+  shown,
+  until,
+  visit,
+} from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -32,7 +47,7 @@ test('a reader sees the same session with every control disabled, and why', asyn
   const before = await paramsOf(page);
   await page.locator('.view[data-drive="0"]').focus();
   for (const key of ['ArrowRight', 'Space', '1', 'r']) await page.keyboard.press(key);
-  await page.waitForTimeout(300);
+  await refreshes(page);
   assert.deepEqual(await paramsOf(page), before);
   await control(owner.page, 'players.0.lag_ms', 'number').fill('456');
   await control(owner.page, 'players.0.lag_ms', 'number').press('Enter');
@@ -46,7 +61,7 @@ test('"Make my copy" creates a session at the same time', async () => {
   const owner = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:111&seed=9`);
   const { id } = await sessionOf(owner.page);
   const reader = await visit(browser, `${daemon.url}#s=${id}`);
-  await reader.page.waitForTimeout(800);
+  await runOn(reader.page, 0.5);
   const tick = (await frameOf(reader.page)).tick;
   await reader.page.getByRole('button', { name: 'Make my copy' }).click();
   await until(async () => (await sessionOf(reader.page)).owner, 'an owner');
@@ -133,7 +148,7 @@ test('parameters that were read before a change do not undo it, though they come
   await until(async () => held === 1, 'read after the first frame');
   await setLag(page, 222);
   release();
-  await page.waitForTimeout(400);
+  await refreshes(page);
   assert.equal((await paramsOf(page)).players[0].lag_ms, 222);
   await close();
 });

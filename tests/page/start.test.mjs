@@ -5,7 +5,24 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, dialogOf, frameOf, launch, pause, pictures, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import {
+  api,
+  dialogOf,
+  frameOf,
+  launch,
+  pause,
+  pictures,
+  reads,
+  refreshes,
+  runOn,
+  sessionOf,
+  settles,
+  shown,
+  SIZES,
+  tickOf,
+  until,
+  visit,
+} from './lib.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -88,17 +105,13 @@ async function wire(at, shows) {
     }, shows)
     .then((handle) => handle.jsonValue());
   let last = -1;
-  await until(
-    async () => {
-      const now = [...seen.values()].reduce((sum, { bytes }) => sum + bytes, 0);
-      const still = now === last && [...seen.values()].some(({ name }) => name.endsWith('/shell/last.js'));
-      last = now;
-      await page.waitForTimeout(800);
-      return still;
-    },
-    'all is read',
-    15000,
-  );
+  await until(async () => {
+    const now = [...seen.values()].reduce((sum, { bytes }) => sum + bytes, 0);
+    const still = now === last && [...seen.values()].some(({ name }) => name.endsWith('/shell/last.js'));
+    last = now;
+    await page.waitForTimeout(800);
+    return still;
+  }, 'all is read');
   await close();
   const list = [...seen.values()],
     sum = (/** @type {{bytes: number}[]} */ of) => of.reduce((total, { bytes }) => total + bytes, 0),
@@ -153,10 +166,10 @@ test('a frame lays the page out once in several, and draws what is on the screen
       };
       globalThis.cleared = ids;
     });
-  await page.waitForTimeout(1000);
+  await runOn(page, 1);
   await cleared();
   const from = { drawn: (await page.evaluate(() => globalThis.laglab().counts)).drawn, layouts: await layouts() };
-  await until(async () => (await page.evaluate(() => globalThis.laglab().counts)).drawn >= from.drawn + 60, 'sixty frames', 60000);
+  await until(async () => (await page.evaluate(() => globalThis.laglab().counts)).drawn >= from.drawn + 60, 'sixty frames');
   const drawn = (await page.evaluate(() => globalThis.laglab().counts)).drawn - from.drawn,
     counted = (await layouts()) - from.layouts;
   assert.ok(counted > 0 && counted <= drawn / 2, `${counted} layouts in ${drawn} frames`);
@@ -171,7 +184,7 @@ test('a frame lays the page out once in several, and draws what is on the screen
   assert.ok(seen.length <= onScreen.length + 1, `${seen} drawn, ${onScreen} on the screen`);
   const lowest = page.locator('canvas[data-view="8"]');
   await lowest.scrollIntoViewIfNeeded();
-  await until(() => page.evaluate(() => globalThis.cleared.has('8')), 'a view that is scrolled to is drawn', 15000);
+  await until(() => page.evaluate(() => globalThis.cleared.has('8')), 'a view that is scrolled to is drawn');
   await close();
 });
 
@@ -215,8 +228,7 @@ for (const size of SIZES) {
     test(`no complaint, no sideways scroll: ${scenario} at ${size.name}`, async () => {
       const query = `${size.query === '' ? '?' : `${size.query}&`}scenario=${scenario}`;
       const { page, complaints, close } = await visit(browser, daemon.url + query, { width: size.width, height: size.height });
-      await page.waitForTimeout(700);
-      await until(async () => (await frameOf(page)).tick > 10, 'it plays');
+      await until(async () => (await frameOf(page)).tick > 20, 'it plays');
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
       assert.deepEqual(complaints, []);
       await close();
@@ -226,7 +238,7 @@ for (const size of SIZES) {
 
 test('with reduced motion it waits at the start for Play, which has the focus', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`, { reducedMotion: 'reduce' });
-  await page.waitForTimeout(400);
+  await refreshes(page);
   assert.equal((await frameOf(page)).tick, 0);
   await settles(() => page.evaluate(() => document.activeElement?.id), 'play');
   await page.keyboard.press('Enter');
@@ -260,38 +272,33 @@ test('a page that is not shown draws nothing, is sent next to nothing, and is at
   await page.evaluate(() => {
     globalThis.hold = true;
   });
-  await page.waitForTimeout(100);
   const before = await page.evaluate(() => globalThis.laglab().counts);
-  await page.waitForTimeout(4000);
+  const id = (await sessionOf(page)).id;
+  const tick = async () => (await api(daemon.url, `sessions/${id}`)).body.tick;
+  const [from, held] = [await tick(), await tickOf(page)];
+  await until(async () => (await tick()) > from + 180, 'three seconds of the session');
   const after = await page.evaluate(() => globalThis.laglab().counts);
   assert.equal(after.drawn, before.drawn);
+  assert.equal(await tickOf(page), held);
   assert.ok(after.received - before.received <= 8, `${after.received - before.received} frames`);
+  const present = await tick();
   await page.evaluate(() => globalThis.release());
-  await page.waitForTimeout(500);
-  const id = (await sessionOf(page)).id;
-  const [drawn, now] = await Promise.all([frameOf(page), fetch(`${daemon.url}api/v1/sessions/${id}`).then((r) => r.json())]);
-  assert.ok(Math.abs(now.tick - drawn.tick) < 30, `drawn ${drawn.tick}, now ${now.tick}`);
+  // Of the frames that were sent meanwhile at most one more is drawn; then the page is at the present.
+  await page.waitForFunction((least) => globalThis.laglab().frame.tick >= least, present);
+  const drawn = (await page.evaluate(() => globalThis.laglab().counts)).drawn - after.drawn;
+  assert.ok(drawn < 30, `${drawn} frames drawn on the way to the present`);
   await close();
 });
 
 test('frames are acknowledged as they are drawn, no more', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
-  await page.waitForTimeout(1000);
+  await page.waitForFunction(() => globalThis.laglab().counts.drawn > 20);
   const { counts, frame } = await page.evaluate(() => {
     const l = globalThis.laglab();
     return { counts: l.counts, frame: l.frame };
   });
   assert.equal(counts.acked, frame.seq);
   assert.ok(counts.drawn > 20 && counts.drawn <= counts.received, JSON.stringify(counts));
-  await close();
-});
-
-test('drawing a frame costs little', async () => {
-  const { page, close } = await visit(browser, `${daemon.url}#race`);
-  await page.waitForTimeout(2500);
-  const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
-  assert.ok(costs.length > 50);
-  assert.ok(costs[Math.floor(costs.length * 0.5)] < 8, `median ${costs[Math.floor(costs.length * 0.5)]} ms`);
   await close();
 });
 
@@ -315,15 +322,15 @@ test('where the views take long, messages are drawn in one of three frames; in a
     globalThis.times = times;
   });
   const times = () => page.evaluate(() => ({ ...globalThis.times }));
-  await until(async () => (await times()).view >= 60, 'sixty frames', 60000);
+  await until(async () => (await times()).view >= 60, 'sixty frames');
   const slow = await times();
   assert.ok(slow.lane > 0 && slow.lane <= slow.view / 3 + 5, `${slow.lane} of ${slow.view}`);
 
   await pause(page);
-  await page.waitForTimeout(500);
+  await until(async () => (await times()).lane > slow.lane, 'the messages of the last frame are drawn');
+  await refreshes(page, 30);
   const end = await times();
-  assert.ok(end.lane > slow.lane, 'the messages of the last frame are drawn');
-  await page.waitForTimeout(500);
+  await page.waitForTimeout(300); /* refreshes are counted: none is asked for meanwhile */
   const later = await times();
   assert.equal(later.view, end.view);
   assert.ok(later.asked <= end.asked + 2, `${later.asked - end.asked} refreshes asked for while nothing changes`);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, axe, launch, paramsOf, reads, settles, tickOf, until, visit } from './lib.mjs';
+import { axe, launch, paramsOf, reads, refreshes, runOn, settles, SIZES, tickOf, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -14,8 +14,7 @@ after(async () => {
   await daemon?.stop();
 });
 
-const ended = (page) =>
-  page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
+const ended = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'));
 const cell = (page, row, name) => page.locator(`[data-motion="${row}/${name}"]`).textContent();
 
 test('/#step opens the lab, and it moves', async () => {
@@ -25,7 +24,7 @@ test('/#step opens the lab, and it moves', async () => {
   await settles(() => page.locator('.lab[aria-current="page"]').textContent(), 'Step');
   assert.match(await page.locator('.see').innerText(), /^Same orbit, same step: /);
   const errorOf = async (row) => Number(await cell(page, row, 'error'));
-  await page.waitForFunction(() => globalThis.laglab().frame?.time_s > 8, null, { timeout: 20000 });
+  await page.waitForFunction(() => globalThis.laglab().frame?.time_s > 8);
   await until(async () => (await errorOf(1)) > 3 * (await errorOf(2)), 'explicit Euler is off, next to a method that is not');
   await page.locator('[data-path="methods.0.method"]').selectOption('rk4');
   await page.locator('.see').waitFor({ state: 'detached' });
@@ -73,7 +72,7 @@ test('the time stepping of a method changes live, and the scenarios for it open'
   await page.locator('[data-path="methods.0.steps"]').selectOption('accumulator');
   await page.waitForFunction(() => globalThis.laglab().params.methods[0].steps === 'accumulator');
   await page.locator('[data-path="reverse"]').click();
-  await page.waitForFunction(() => /backwards/.test(document.querySelector('.note')?.textContent ?? ''), null, { timeout: 5000 });
+  await page.waitForFunction(() => /backwards/.test(document.querySelector('.note')?.textContent ?? ''));
   assert.equal((await paramsOf(page)).reverse, false);
   for (const name of ['variable_steps', 'accumulator', 'clock_drift', 'far_from_origin', 'backwards']) {
     await settles(() => page.locator(`option[value="motion/${name}"]`).count(), 1, name);
@@ -94,7 +93,7 @@ test('a step, a method and a parameter change live', async () => {
   await page.waitForFunction(() => globalThis.laglab().params.params.theta0 === 1);
   await page.locator('[data-path="params.theta0"]').fill('9');
   await page.locator('[data-path="params.theta0"]').blur();
-  await page.waitForFunction(() => /3\.14/.test(document.querySelector('.note')?.textContent ?? ''), null, { timeout: 5000 });
+  await page.waitForFunction(() => /3\.14/.test(document.querySelector('.note')?.textContent ?? ''));
   assert.equal((await paramsOf(page)).params.theta0, 1);
   assert.deepEqual(complaints, []);
   await close();
@@ -120,28 +119,20 @@ function orderOf(list) {
 
 test('the first scene shows measured curves without a press, of the order that theory has; a press adds the finest steps', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}#step`);
-  const both = await until(
-    async () => {
-      const now = await measured(page);
-      return now['0']?.length >= 4 && now['1']?.length >= 4 && now;
-    },
-    'both are measured',
-    15000,
-  );
+  const both = await until(async () => {
+    const now = await measured(page);
+    return now['0']?.length >= 4 && now['1']?.length >= 4 && now;
+  }, 'both are measured');
   const before = await page.locator('#plot-work').evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
   assert.ok(
     both['0'].every(({ error }, i) => error > 3 * (both['1'].find(({ dt }) => dt === both['0'][i].dt)?.error ?? 0)),
     'one fails, one holds',
   );
   await page.getByRole('button', { name: /^Measure / }).click();
-  const all = await until(
-    async () => {
-      const now = await measured(page);
-      return now['0'].length > 8 && now['1'].length > 12 && now;
-    },
-    'all steps are measured',
-    60000,
-  );
+  const all = await until(async () => {
+    const now = await measured(page);
+    return now['0'].length > 8 && now['1'].length > 12 && now;
+  }, 'all steps are measured');
   assert.ok(Math.abs(orderOf(all['1']) - 1) < 0.05, `order ${orderOf(all['1'])}`);
   await page.waitForFunction((was) => /** @type {HTMLCanvasElement} */ (document.getElementById('plot-work')).toDataURL() !== was, before);
   assert.deepEqual(complaints, []);
@@ -150,7 +141,7 @@ test('the first scene shows measured curves without a press, of the order that t
 
 test('a method or a parameter that changes drops its curve and gets its own; a step does not; only what is seen is measured', async () => {
   const { page, requests, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/spring`, { width: 390, height: 844 });
-  await page.waitForTimeout(1500);
+  await runOn(page, 1);
   const asked = () => requests.filter((one) => one.method() === 'DELETE').length;
   assert.equal(asked(), 0, 'the plots are not in view');
   await page.setViewportSize({ width: 1366, height: 768 });
@@ -176,7 +167,7 @@ test('a method or a parameter that changes drops its curve and gets its own; a s
 
 test('a method that blows up is shown as diverged', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/stiff_spring`);
-  await page.waitForFunction(() => document.querySelector('[data-motion="1/error"]')?.textContent === 'diverged', null, { timeout: 15000 });
+  await page.waitForFunction(() => document.querySelector('[data-motion="1/error"]')?.textContent === 'diverged');
   assert.notEqual(await cell(page, 4, 'error'), 'diverged');
   await close();
 });
@@ -185,7 +176,7 @@ for (const { name, width, height, query } of SIZES) {
   test(`without a complaint of axe at ${name}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}${query}${query ? '&' : '?'}scenario=motion/orbit`, { width, height });
     await page.waitForSelector('#motion');
-    await page.waitForTimeout(600);
+    await refreshes(page);
     assert.deepEqual(await axe(page), []);
     const box = await page.locator('#motion').boundingBox();
     assert.ok(box && box.height > 80 && box.width > 200, JSON.stringify(box));

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { launch, until, visit } from './lib.mjs';
+import { launch, refreshes, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? '';
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -75,10 +75,10 @@ for (const how of ['double', 'long', 'rtl'])
             place === '' ? '.card' : place === '#experiments' ? '#views h2' : place.startsWith('#lesson') ? '.option' : '[data-path]',
           )
           .first()
-          .waitFor({ state: 'attached', timeout: 20000 });
+          .waitFor({ state: 'attached' });
         if (how === 'rtl')
           await until(async () => /[\u05d0-\u05ea]/.test(await page.evaluate(() => document.body.innerText)), 'another script');
-        await page.waitForTimeout(300);
+        await refreshes(page, 15);
         wrong.push(...(await faults(page)).map((fault) => `${place || 'door'}: ${fault}`));
         if (SHOTS) await page.screenshot({ path: `${SHOTS}/${how}-${width}-${place.replace(/\W/g, '') || 'door'}.png` });
         await close();

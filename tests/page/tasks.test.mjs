@@ -63,7 +63,7 @@ test('b: lockstep is compared with prediction, on the same seed', async () => {
   await click(button(page, 'Compare'));
   await click(button(page, 'Second run in lockstep'));
   await reads(page.locator('#compare-differ'), /Synchronisation/);
-  await until(async () => (await page.locator('main.compare').getAttribute('aria-busy')) === 'false', 'both runs', 15000);
+  await until(async () => (await page.locator('main.compare').getAttribute('aria-busy')) === 'false', 'both runs');
   await reads(page.locator('#compare-sentence'), /first run .* second|differs between the runs/);
   await end();
 });
@@ -108,7 +108,7 @@ test('e: lag from 0 to 500 ms as a plot', async () => {
   await settles(() => page.locator('[data-axis="0.values"]').inputValue(), '0, 50, 100, 200, 500');
   await click(button(page, 'Run'));
   const plot = page.locator('#scatter');
-  await plot.waitFor({ timeout: 15000 });
+  await plot.waitFor();
   await reads(() => plot.getAttribute('aria-label'), /^Scatter of 5 points/);
   await end();
 });

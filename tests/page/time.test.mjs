@@ -13,9 +13,12 @@ import {
   pause,
   pictures,
   reads,
+  refreshes,
+  runOn,
   scrub,
   sessionOf,
   settles,
+  stepOnce,
   tickOf,
   until,
   visit,
@@ -47,7 +50,7 @@ test('pause stands still, play goes on', async () => {
   await pause(page);
   const tick = await tickOf(page),
     picture = await pictures(page);
-  await page.waitForTimeout(1000);
+  await refreshes(page, 40);
   assert.equal(await tickOf(page), tick);
   assert.equal(await pictures(page), picture);
   await reads(page.locator('#chip'), /Paused/);
@@ -61,7 +64,7 @@ const alike = (a, b) => Math.abs(a - b) < 1e-7 * b;
 
 test('a step is one tick at every speed, forward and back, and comes to the same state', async () => {
   const { page } = view;
-  await page.waitForTimeout(500);
+  await runOn(page, 0.3);
   await pause(page);
   const speed = page.getByRole('combobox', { name: 'Speed' });
   const values = await speed.locator('option').evaluateAll((all) => all.map((/** @type {any} */ o) => o.value));
@@ -76,11 +79,11 @@ test('a step is one tick at every speed, forward and back, and comes to the same
     );
     await settles(() => speed.inputValue(), value);
     const start = await stateOf(page);
-    await button(page, 'One tick forward').click();
+    await stepOnce(page, 'forward');
     await until(async () => (await tickOf(page)) === start.tick + 1, 'one more');
-    await page.waitForTimeout(100);
+    await refreshes(page, 6);
     assert.equal(await tickOf(page), start.tick + 1);
-    await button(page, 'One tick back').click();
+    await stepOnce(page, 'back');
     await until(async () => (await tickOf(page)) === start.tick, 'one less');
     const again = await stateOf(page);
     assert.equal(again.tick, start.tick);
@@ -95,37 +98,39 @@ test('a held step button repeats', async () => {
   const box = await button(page, 'One tick forward').boundingBox();
   await page.mouse.move(box.x + 10, box.y + 10);
   await page.mouse.down();
-  await page.waitForTimeout(1200);
+  await until(async () => (await tickOf(page)) > start + 4, 'five ticks');
   await page.mouse.up();
-  const moved = (await tickOf(page)) - start;
-  assert.ok(moved > 4 && moved < 40, `${moved} ticks`);
 });
 
 test('slow motion is slow, and lag stays in simulated time', async () => {
   const { page } = view;
-  await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.25');
-  await until(async () => (await frameOf(page)).session.speed === 0.25, 'slow');
-  const start = await page.evaluate(() => ({ time: globalThis.laglab().frame.time_s, wall: performance.now() }));
-  await page.waitForTimeout(4000);
-  const end = await page.evaluate(() => {
+  await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.1');
+  await until(async () => alike((await frameOf(page)).session.speed, 0.1), 'slow');
+  // A frame is never newer than the daemon, however late it is drawn: two frames more cannot lie further apart than the time between.
+  const now = () => page.evaluate(() => ({ time: globalThis.laglab().frame.time_s, wall: performance.now() }));
+  const { wall } = await now();
+  await runOn(page, 0.05);
+  const first = await now();
+  await runOn(page, 0.1);
+  const last = await now();
+  const factor = (last.time - first.time) / ((last.wall - wall) / 1000);
+  assert.ok(factor < 0.12, `factor ${factor}`);
+  const way = await page.evaluate(() => {
     const input = globalThis
       .laglab()
       .messages.filter((m) => m.type === 1 && m.player === 0)
       .at(-1);
-    return { time: globalThis.laglab().frame.time_s, wall: performance.now(), way: input.end_s - input.begin_s };
+    return input.end_s - input.begin_s;
   });
-  const factor = (end.time - start.time) / ((end.wall - start.wall) / 1000);
-  assert.ok(Math.abs(factor - 0.25) < 0.25 * 0.08, `factor ${factor}`);
-  assert.ok(Math.abs(end.way - (await paramsOf(page)).players[0].lag_ms / 1000) < 0.02, `${end.way} s`);
+  assert.ok(Math.abs(way - (await paramsOf(page)).players[0].lag_ms / 1000) < 0.02, `${way} s`);
 });
 
 test('scrubbing back shows one tick everywhere, and back to live goes on at the head', async () => {
   const { page } = view;
-  await page.waitForTimeout(2500);
+  await until(async () => (await frameOf(page)).time_s > 1.5, 'there is a past');
   const head = (await frameOf(page)).time_s;
   await scrub(page, 1);
   await until(async () => (await tickOf(page)) === 60, 'tick 60');
-  await page.waitForTimeout(200);
   await settles(() => page.locator('#clock').innerText(), '1.00 s');
   await settles(() => page.locator('#ticks').textContent(), ' · tick 60');
   await settles(async () => Number(await page.locator('#scrub').inputValue()), 1);
@@ -133,6 +138,8 @@ test('scrubbing back shows one tick everywhere, and back to live goes on at the 
   assert.ok(newest <= 1.0001, `messages to ${newest}`);
   await reads(page.locator('#facts'), /^tick 60 /);
   await reads(page.locator('#chip'), /Paused at 1\.0 s of/);
+  await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.1'); /* the head is not reached by itself meanwhile */
+  await until(async () => alike((await frameOf(page)).session.speed, 0.1), 'slow');
   await button(page, 'Play').click();
   await page.waitForFunction(() => /Replaying/.test(document.getElementById('chip').innerText));
   await button(page, 'Back to live').click();
@@ -142,7 +149,7 @@ test('scrubbing back shows one tick everywhere, and back to live goes on at the 
 
 test('scrubbing fast ends where the finger ends', async () => {
   const { page } = view;
-  await page.waitForTimeout(1500);
+  await until(async () => (await frameOf(page)).time_s > 1.1, 'there is a past');
   await page.evaluate(() => {
     const slider = /** @type {any} */ (document.getElementById('scrub'));
     for (let i = 0; i <= 50; i++) {
@@ -154,7 +161,7 @@ test('scrubbing fast ends where the finger ends', async () => {
     slider.dispatchEvent(new Event('change', { bubbles: true }));
   });
   await until(async () => (await tickOf(page)) === 30, 'tick 30');
-  await page.waitForTimeout(300);
+  await refreshes(page);
   assert.equal(await tickOf(page), 30);
 });
 
@@ -182,9 +189,9 @@ test('at the end Play is Replay, and works', async () => {
   const duration = (await frameOf(page)).session.duration_s;
   await pause(page);
   await scrub(page, duration - 0.2);
-  await until(async () => (await frameOf(page)).time_s > duration - 1, 'near the end', 15000);
+  await until(async () => (await frameOf(page)).time_s > duration - 1, 'near the end');
   await button(page, 'Play').click();
-  await button(page, 'Replay').waitFor({ timeout: 10000 });
+  await button(page, 'Replay').waitFor();
   await reads(page.locator('#chip'), /Ended/);
   await button(page, 'Replay').click();
   await until(async () => {
@@ -218,16 +225,15 @@ test('driving and switching never start a paused session', async () => {
   await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('ArrowRight');
   await control(page, 'players.1.prediction').setChecked(true);
-  await page.waitForTimeout(500);
+  await refreshes(page);
   assert.equal(await tickOf(page), tick);
   await settles(async () => (await paramsOf(page)).players[0].control, 'person');
 });
 
 test('numbers on the page are those of the daemon at that tick', async () => {
   const { page } = view;
-  await page.waitForTimeout(1500);
+  await until(async () => (await frameOf(page)).time_s > 1, 'a second');
   await pause(page);
-  await page.waitForTimeout(300);
   const { id } = await sessionOf(page);
   const tick = await tickOf(page);
   const { body } = await api(daemon.url, `sessions/${id}/state?tick=${tick}`);
@@ -286,7 +292,7 @@ test('single keys can be switched off and stay silent in fields', async () => {
   await control(page, 'players.0.lag_ms', 'number').focus();
   await page.keyboard.press('Space');
   await page.keyboard.press('r');
-  await page.waitForTimeout(200);
+  await refreshes(page);
   assert.ok(await playing());
   await page.getByRole('button', { name: 'Help' }).click();
   await page.getByRole('checkbox', { name: 'Single-key shortcuts' }).setChecked(false);
@@ -295,7 +301,7 @@ test('single keys can be switched off and stay silent in fields', async () => {
   await page.locator('h1').click();
   await page.keyboard.press('Space');
   await page.keyboard.press('g');
-  await page.waitForTimeout(200);
+  await refreshes(page);
   assert.ok(await playing());
   await settles(() => page.getByRole('checkbox', { name: 'Ghosts' }).isChecked(), true);
   await page.keyboard.press('Alt+k');

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, textsOn } from './german.mjs';
-import { axe, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
+import { axe, launch, paramsOf, reads, refreshes, settles, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 
@@ -44,7 +44,7 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
   await page.locator('#tradeoff-duration').fill('0.5');
   await page.locator('#measure').click();
   await page.locator('[data-state="running"] progress').waitFor();
-  await page.locator('.winners').nth(1).waitFor({ timeout: 20000 });
+  await page.locator('.winners').nth(1).waitFor();
   const at = await hash(page),
     job = /^#tradeoff=contact_solvers&job=([a-z2-7]{26})$/.exec(at)?.[1];
   assert.ok(job, at);
@@ -170,7 +170,7 @@ test('from the first page: a measurement goes on while another family is shown, 
   assert.equal(await page.locator('#cancel').count(), 0);
   await page.goBack();
   const doneOf = async () => Number(/^(\d+) of 70 steps/.exec((await progress.count()) ? await progress.innerText() : '')?.[1] ?? 0);
-  await until(async () => (await doneOf()) > 1, 'progress', 20000);
+  await until(async () => (await doneOf()) > 1, 'progress');
   await page.locator('#cancel').click();
   await reads(page.locator('.ended'), /was cancelled/);
   await until(
@@ -180,7 +180,7 @@ test('from the first page: a measurement goes on while another family is shown, 
   for (let i = 0; i < 4; i++) {
     if ((await page.locator('.door').count()) > 0) break;
     await page.goBack();
-    await page.waitForTimeout(100);
+    await refreshes(page, 6);
   }
   await page.locator('.door a[href="#tradeoff"]').waitFor();
   assert.deepEqual(complaints, []);

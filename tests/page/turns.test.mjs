@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { EVENTS_TYPE } from '../../www/js/stream/names.js';
 import { startDaemon } from '../lib/daemon.mjs';
-import { frameOf, launch, pause, settles, until, visit } from './lib.mjs';
+import { frameOf, launch, pause, runOn, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -70,7 +70,7 @@ async function open({ at, view, panels, ms }, url) {
   const opened = await visit(browser, `${url}${at}`, { height: 2400 }),
     { page } = opened;
   for (const name of panels) await page.locator(`canvas#${name}, #${name} canvas`).first().waitFor();
-  await page.waitForTimeout(1000); // all is read
+  await runOn(page, 0.8); // all is read
   await slowDown(page, view, ms);
   return opened;
 }
@@ -79,7 +79,7 @@ for (const lab of LABS) {
   const { at, panels, frames } = lab;
   test(`${at}: panels without time take turns, and show the last frame in a pause`, async () => {
     const { page, complaints, close } = await open(lab, daemon.url);
-    await until(async () => (await drawnOf(page)).frames >= frames, `${frames} frames`, 60000);
+    await until(async () => (await drawnOf(page)).frames >= frames, `${frames} frames`);
     const { drawn, frames: all } = await drawnOf(page);
     const inFrame = new Map();
     for (const name of panels) {
@@ -105,9 +105,8 @@ for (const lab of LABS) {
       const { tick } = await frameOf(page);
       return (await shownBy(page, panels)).every((shown) => shown === tick);
     };
-    await until(async () => (await drawnOf(page)).frames >= frames / 3, 'some frames', 60000);
+    await until(async () => (await drawnOf(page)).frames >= frames / 3, 'some frames');
     process.kill(own.pid, 'SIGSTOP'); // the page is not notified
-    await page.waitForTimeout(300);
     await settles(allShow, true);
     if (panels.includes('lane')) {
       const { tick } = await frameOf(page);
@@ -126,13 +125,13 @@ const LEFT = 54,
 
 test('a click on the messages selects the input that is drawn there, though the views are newer', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=duration_s:600`, { height: 1200 });
-  await page.waitForTimeout(1500);
+  await runOn(page, 1.2);
   await slowDown(page, 'canvas[data-view="0"]', 12);
   const { number, newer } = await page.evaluate(
     ([left, right, INPUT]) =>
       /** @type {Promise<{number: number, newer: number}>} */ (
         new Promise((done, fail) => {
-          setTimeout(() => fail(new Error(`no input among ${lines.length} lines`)), 10000);
+          setTimeout(() => fail(new Error(`no input among ${lines.length} lines`)), 100000);
           const lane = /** @type {HTMLCanvasElement} */ (document.getElementById('lane'));
           const { clearRect, moveTo, lineTo } = CanvasRenderingContext2D.prototype;
           let time = 0,
