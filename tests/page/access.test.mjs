@@ -203,7 +203,9 @@ test('announcements come at most once in two seconds', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
   await page.evaluate(() => {
     globalThis.spoken = [];
-    new MutationObserver(() => globalThis.spoken.push(performance.now())).observe(document.getElementById('live'), {
+    new MutationObserver(() =>
+      globalThis.spoken.push({ at: performance.now(), text: document.getElementById('live').textContent }),
+    ).observe(document.getElementById('live'), {
       childList: true,
       characterData: true,
       subtree: true,
@@ -215,11 +217,13 @@ test('announcements come at most once in two seconds', async () => {
   }
   const spoken = await page.evaluate(() => globalThis.spoken);
   assert.ok(spoken.length >= 1, 'something is spoken');
-  for (let i = 1; i < spoken.length; i++) assert.ok(spoken[i] - spoken[i - 1] > 1900, spoken.join());
+  for (let i = 1; i < spoken.length; i++) assert.ok(spoken[i].at - spoken[i - 1].at > 1900, JSON.stringify(spoken));
   await runOn(page, 2.2); /* playing by itself says nothing more */
-  const then = await page.evaluate(() => globalThis.spoken.length);
+  // A busy machine is told that it draws slowly.
+  const said = () => page.evaluate(() => globalThis.spoken.filter(({ text }) => !text.startsWith('Slow device')).length);
+  const then = await said();
   await runOn(page, 2.2);
-  assert.equal(await page.evaluate(() => globalThis.spoken.length), then);
+  assert.equal(await said(), then);
   await close();
 });
 

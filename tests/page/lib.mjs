@@ -10,6 +10,8 @@ import { chromium } from 'playwright-core';
 const LIMIT_MS = 120000;
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
+const RULES = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'];
+
 export const SIZES = [
   { name: '1366x768', width: 1366, height: 768, query: '' },
   { name: '1024x768 projector', width: 1024, height: 768, query: '?theme=projector' },
@@ -231,17 +233,27 @@ export function control(page, path, type = '') {
   return page.locator(`#app [data-path="${path}"]${type && `[type="${type}"]`}`).first();
 }
 
-/** The accessibility rules that a page breaks, as text. @param {import('playwright-core').Page} page */
-export async function axe(page) {
+/** The accessibility rules that a page breaks, as text; with `colours` those of contrast alone, for another scheme of what has been checked.
+ * Nothing is drawn meanwhile. @param {import('playwright-core').Page} page @param {{colours?: boolean}} [wish] */
+export async function axe(page, { colours = false } = {}) {
   if (!(await page.evaluate(() => 'axe' in globalThis))) await page.evaluate(AXE);
-  const result = await page.evaluate(async () => {
-    const { violations, passes } = await globalThis.axe.run(document, {
-      runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
-      resultTypes: ['violations'] /* of the rest not every element */,
-    });
-    return { violations, passes: passes.length };
-  });
-  assert.ok(result.passes > 20, 'axe has checked the page');
+  const result = await page.evaluate(
+    async (runOnly) => {
+      const draw = globalThis.requestAnimationFrame;
+      /** @type {FrameRequestCallback[]} */
+      const waiting = [];
+      globalThis.requestAnimationFrame = (callback) => waiting.push(callback);
+      const { violations, passes } = await globalThis.axe.run(document, {
+        runOnly,
+        resultTypes: ['violations'] /* of others not each element */,
+      });
+      globalThis.requestAnimationFrame = draw;
+      for (const callback of waiting) draw(callback);
+      return { violations, passes: passes.length };
+    },
+    colours ? ['color-contrast'] : RULES,
+  );
+  assert.ok(result.passes > (colours ? 0 : 20), 'axe has checked the page');
   return result.violations.map(
     (v) =>
       `${v.id}: ${v.nodes
@@ -249,6 +261,19 @@ export async function axe(page) {
         .slice(0, 3)
         .join(' | ')}`,
   );
+}
+
+/** Prints the lesson that is shown. @param {import('playwright-core').Page} page */
+export async function printed(page) {
+  await page.evaluate(() => {
+    globalThis.printed = false;
+    window.print = () => {
+      globalThis.printed = true;
+    };
+  });
+  await page.locator('#print').click();
+  await page.waitForFunction(() => globalThis.printed);
+  return page.pdf({ preferCSSPageSize: true, printBackground: true });
 }
 
 /** Asks the daemon without the page. @param {string} base @param {string} path @param {any} [body] @param {string} [key]
