@@ -60,7 +60,10 @@ class Browser {
   #server = null;
 
   async address() {
-    this.#server ??= this.#start();
+    this.#server ??= this.#start().catch((error) => {
+      this.#server = null;
+      throw error;
+    });
     return (await this.#server).wsEndpoint();
   }
 
@@ -74,7 +77,8 @@ class Browser {
   }
 
   async close() {
-    await (await this.#server)?.close();
+    const server = await this.#server?.catch(() => null);
+    await server?.close();
   }
 }
 

@@ -233,8 +233,8 @@ export function control(page, path, type = '') {
   return page.locator(`#app [data-path="${path}"]${type && `[type="${type}"]`}`).first();
 }
 
-/** The accessibility rules that a page breaks, as text; with `colours` those of contrast alone, for another scheme of what has been checked.
- * Nothing is drawn meanwhile. @param {import('playwright-core').Page} page @param {{colours?: boolean}} [wish] */
+/** The accessibility rules that a page breaks, as text. Nothing is drawn meanwhile. colours: of contrast alone, for another scheme of what
+ * has been checked. @param {import('playwright-core').Page} page @param {{colours?: boolean}} [wish] */
 export async function axe(page, { colours = false } = {}) {
   if (!(await page.evaluate(() => 'axe' in globalThis))) await page.evaluate(AXE);
   const result = await page.evaluate(

@@ -1,4 +1,4 @@
-// Proves that lines.mjs can fail: it must find exactly the long lines of a small tree.
+// Proves that lines.mjs can fail: it must find exactly the long and the too new lines of a small tree.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -15,6 +15,7 @@ const files = {
   'www/js/base/view.js': `html\`\n${'–'.repeat(140)}\n${long}\n\`;\n`,
   'www/js/base/rows.js': long,
   'www/vendor/large.js': long,
+  'docs/sorted.mjs': ['list', 'toSorted()'].join('.'),
   'bench/node_modules/large.js': long,
   'docs/page.md': long,
 };
@@ -24,8 +25,12 @@ for (const [name, text] of Object.entries(files)) {
   writeFileSync(join(root, name), text);
 }
 assert.deepEqual(checkLines(root), {
-  findings: ['tests/api/long.test.mjs:2: 141 columns, more than 140', 'www/js/base/view.js:3: 141 columns, more than 140'],
-  files: 2,
+  findings: [
+    `docs/sorted.mjs:1: .${'toSorted'}(, which Node 18 has not`,
+    'tests/api/long.test.mjs:2: 141 columns, more than 140',
+    'www/js/base/view.js:3: 141 columns, more than 140',
+  ],
+  files: 3,
 });
 const script = fileURLToPath(new URL('lines.mjs', import.meta.url));
 assert.equal(spawnSync(execPath, [script, root]).status, 1, 'the command must fail on it');
