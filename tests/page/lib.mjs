@@ -263,6 +263,13 @@ export async function axe(page, { colours = false } = {}) {
   );
 }
 
+/** What was saved. @param {import('playwright-core').Download} download */
+export async function bytesOf(download) {
+  const parts = [];
+  for await (const part of await download.createReadStream()) parts.push(part);
+  return Buffer.concat(parts);
+}
+
 /** Prints the lesson that is shown. @param {import('playwright-core').Page} page */
 export async function printed(page) {
   await page.evaluate(() => {

@@ -5,7 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
-import { launch, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import { refreshes, launch, sessionOf, settles, shown, until, visit } from './lib.mjs';
 
 const WWW = path.join(path.dirname(BINARY), 'www');
 
@@ -40,11 +40,13 @@ async function listen(page, base) {
   await devtools.send('Network.enable');
   return {
     async take() {
+      /* the last parts are asked for some time after the first frame, from a cache too */
+      await page.waitForFunction(() => performance.getEntriesByType('resource').some(({ name }) => name.endsWith('/shell/last.js')));
       let last = -1;
       await until(async () => {
-        const still = seen.size === last && seen.size > 0;
+        const still = seen.size === last;
         last = seen.size;
-        await page.waitForTimeout(2000); /* the last parts are asked for 1.5 s after the first frame */
+        await refreshes(page, 30);
         return still;
       }, 'all is read');
       const list = [...seen.values()].filter(({ cached }) => !cached).map(({ path, status }) => `${status} ${path}`);

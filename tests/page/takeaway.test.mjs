@@ -1,11 +1,10 @@
 // What one takes away: images and data with the settings that made them.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { after, before, test } from 'node:test';
 import * as zlib from 'node:zlib';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, frameOf, launch, pause, printed, reads, settles, until, visit } from './lib.mjs';
+import { api, axe, bytesOf, frameOf, launch, pause, printed, reads, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -24,7 +23,7 @@ async function save(page, what, name) {
     page.waitForEvent('download'),
     page.getByRole('button', { name: `Save ${what}: ${name}`, exact: true }).click(),
   ]);
-  const bytes = readFileSync(await download.path());
+  const bytes = await bytesOf(download);
   return { bytes, file: download.suggestedFilename() };
 }
 

@@ -1,11 +1,10 @@
 // Speed against error: from a lab and from the first page, measured, read by pointer, keys and table, opened as sessions, kept, in German
 // on a phone.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, textsOn } from './german.mjs';
-import { axe, launch, paramsOf, reads, refreshes, settles, until, visit } from './lib.mjs';
+import { bytesOf, axe, launch, paramsOf, reads, refreshes, settles, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 
@@ -88,9 +87,7 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
 
   // every row with every cost as CSV
   const [file] = await Promise.all([page.waitForEvent('download'), page.locator('#csv').click()]);
-  const lines = readFileSync(await file.path(), 'utf8')
-    .trim()
-    .split('\r\n');
+  const lines = (await bytesOf(file)).toString().trim().split('\r\n');
   assert.equal(lines.length, 1 + answer.rows.length * answer.costs.length);
   assert.equal(lines[0].split(',').length, 27);
   assert.ok(lines[1].startsWith(`contact_solvers,rigid/column,solver.method,${answer.rows[0].method},solver.substeps,`));
