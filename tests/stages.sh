@@ -32,7 +32,7 @@ stage() { # NAME KIND COMMAND...
     shift 2
     rm -f "${log%.log}.xml"
     set -m # each in a group of processes, which ends as one
-    "$@" >"$log" 2>&1 </dev/null &
+    { set -e; "$@"; } >"$log" 2>&1 </dev/null &
     command=$!
     end_when_stalled "$log" $command &
     running="$command $!"
