@@ -122,7 +122,7 @@ node_stage() { LAGLAB_BIN=$PWD/build/laglab node tests/run.mjs "$@"; }
 
 structure_stage() {
     local script status=0
-    for script in check page page_words lines guides words; do node "tests/structure/$script.mjs" . || status=1; done
+    for script in check page page_words lines near guides words; do node "tests/structure/$script.mjs" . || status=1; done
     return $status
 }
 # The tests use the JavaScript client, which names types that the build makes.

@@ -50,12 +50,12 @@ export function judge(total, functions, now) {
   const rise = (/** @type {string} */ name, /** @type {Committed} */ then, /** @type {number} */ count) =>
     `${name}: ${count} instructions per step, ${percent(count / then.instructions_per_step - 1)} above the ` +
     `${then.instructions_per_step} committed (${then.why})`;
-  if (now.total > total.instructions_per_step * (1 + RISE)) failures.push(rise('the whole', total, now.total));
+  if (!(now.total <= total.instructions_per_step * (1 + RISE))) failures.push(rise('the whole', total, now.total));
   for (const f of functions) {
     const count = now[f.counted].get(f.function),
       name = `${f.function} (${f.counted})`;
     if (!count) notes.push(`${name} has gone: renamed, removed, or inlined where it was called; the whole is still counted`);
-    else if (count > f.instructions_per_step * (1 + RISE) && count - f.instructions_per_step > slack(f.function) * now.total)
+    else if (!(count <= f.instructions_per_step * (1 + RISE)) && !(count - f.instructions_per_step <= slack(f.function) * now.total))
       failures.push(rise(name, f, count));
   }
   for (const f of heaviest(now)) {
@@ -76,7 +76,7 @@ export function raised_silently(before, after) {
   const found = [];
   for (const [name, now] of after) {
     const then = before.get(name);
-    if (then && now.instructions_per_step > then.instructions_per_step && now.why === then.why)
+    if (then && !(now.instructions_per_step <= then.instructions_per_step) && now.why === then.why)
       found.push(`${name}: ${then.instructions_per_step} was committed, now ${now.instructions_per_step}, and the reason is the same`);
   }
   return found;

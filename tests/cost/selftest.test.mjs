@@ -65,6 +65,15 @@ test('a function that is inlined elsewhere is reported; its lines are still coun
 /** @param {number} sum @param {Record<string, number>} compiled @returns {import('./profile.mjs').Profile} */
 const made = (sum, compiled) => ({ total: sum, compiled: new Map(Object.entries(compiled)), written: new Map() });
 
+test('what is no number fails', () => {
+  const [whole, heavy] = commit(made(10000, { loop: 5000 })),
+    none = { instructions_per_step: NaN, why: 'first' };
+  assert.match(judge(none, heavy, made(10000, { loop: 5000 })).failures[0], /^the whole: /);
+  assert.match(judge(whole, heavy, made(NaN, { loop: 5000 })).failures[0], /^the whole: /);
+  assert.match(judge(whole, [{ ...heavy[0], ...none }], made(10000, { loop: 5000 })).failures[0], /^loop /);
+  assert.equal(raised_silently(new Map([['race', whole]]), new Map([['race', none]])).length, 1);
+});
+
 test('a rise of few instructions is none; a heavy function without a count is a failure', () => {
   const [whole, heavy] = commit(made(10000, { loop: 5000, small: 100 })),
     rows = [...heavy, { function: 'small', counted: 'compiled', instructions_per_step: 100, why: 'heavier once' }];

@@ -167,7 +167,7 @@ static double delay_of(const model *m, const way *w)
         }
         d += p->jitter_ms * variate(p->distribution, u);
     }
-    d = d < 0 ? 0 : d;
+    d = larger(d, 0);
     if (open_at(p->spike_at_ms, p->spike_every_ms, p->spike_length_ms, w->now))
         d += p->spike_add_ms;
     return d;

@@ -137,7 +137,7 @@ static void near_or_failed(const known *p, const char *method, double value, con
         return;
     if (!(r->error < 0.4))
         fail_msg("%s, %s, %g: ok and off by %g", p->problem, method, value, r->error);
-    if (r->error > 1e-7 && !(r->reported > r->error / 3 && r->reported < r->error * 3))
+    if (!(r->error <= 1e-7) && !(r->reported > r->error / 3 && r->reported < r->error * 3))
         fail_msg("%s, %s, %g: off by %g, reported is %g", p->problem, method, value, r->error, r->reported);
 }
 
@@ -174,8 +174,8 @@ static void steps_of_any_length_are_right_or_fail(void **state)
                 ok += !isnan(refinement_levels[n].error);
                 failed += isnan(refinement_levels[n].error);
                 /* A step that was short enough stays so, and half of it is not worse except for its sign. */
-                if (n > 0 && refinement_levels[n - 1].error < 0.1 &&
-                    !(refinement_levels[n].error < 2 * refinement_levels[n - 1].error + 1e-8))
+                const bool enough = n > 0 && refinement_levels[n - 1].error < 0.1;
+                if (enough && !(refinement_levels[n].error < 2 * refinement_levels[n - 1].error + 1e-8))
                     fail_msg("%s, %s: %g at %g, %g at %g", p->problem, methods[j],
                              refinement_levels[n - 1].error, steps[n - 1], refinement_levels[n].error,
                              steps[n]);
@@ -183,7 +183,7 @@ static void steps_of_any_length_are_right_or_fail(void **state)
             as_documented(p, k, j, refinement_levels);
             const refinement_level *last = &refinement_levels[p->halvings - 1];
             double slope = log2(last[-2].error / last->error) / 2;
-            if (last->error > 1e-9 && !(fabs(slope - order) < 0.15))
+            if (!(last->error <= 1e-9) && !(fabs(slope - order) < 0.15))
                 fail_msg("%s, %s: order %g at an error of %g", p->problem, methods[j], slope, last->error);
         }
     assert_true(ok > 100 && failed > 100);
@@ -202,7 +202,7 @@ static void tolerances_of_any_size_are_right_or_fail(void **state)
             refinement_run(&problems[k], methods[j], "tolerance", tolerances, COUNT, refinement_levels);
             for (int n = 0; n < COUNT; n++) {
                 near_or_failed(&problems[k], methods[j], tolerances[n], &refinement_levels[n]);
-                if (tolerances[n] <= 1e-6 && !(refinement_levels[n].error < 1e4 * tolerances[n]))
+                if (!(tolerances[n] > 1e-6) && !(refinement_levels[n].error < 1e4 * tolerances[n]))
                     fail_msg("%s, %s at %g: %g", problems[k].problem, methods[j], tolerances[n],
                              refinement_levels[n].error);
             }

@@ -96,9 +96,8 @@ static double next_on(double period_ms, double phase_ms, double t)
  * back, and drawn at the client's next display. */
 static double expected_ms(double lag, double phase, int slack, double tick)
 {
-    double made = phase * tick, step = next_on(tick, 0, made + lag) + slack * tick;
-    if (step < tick)
-        step = tick; /* the first there is */
+    double made = phase * tick;
+    double step = larger(tick, next_on(tick, 0, made + lag) + slack * tick); /* the first is at `tick` */
     return next_on(tick, made, step + lag) - made;
 }
 
