@@ -1,5 +1,5 @@
-/* The table of games: a row is the name of constants ll_game_NAME and ll_NAME_table (its parameters) that a
- * file of this room defines. The index is the choice `game`. */
+/* The table of games: a row is the name of constants ll_game_NAME, ll_NAME_table (its parameters) and
+ * ll_NAME_metrics (its own numbers) that a file of this room defines. The index is the choice `game`. */
 #pragma once
 
 #include <math.h>
@@ -21,17 +21,14 @@
 
 #define LL_GAME_DECLARE(NAME)                                                                                \
     extern const ll_game ll_game_##NAME;                                                                     \
-    extern const ll_param_table ll_##NAME##_table;
+    extern const ll_param_table ll_##NAME##_table;                                                           \
+    extern const ll_metric_table ll_##NAME##_metrics;
 LL_GAMES(LL_GAME_DECLARE)
 #undef LL_GAME_DECLARE
 
-extern const ll_metric_table ll_race_metrics, ll_cannon_metrics, ll_gambetta_metrics, ll_shooter_metrics,
-    ll_crates_metrics, ll_sea_metrics, ll_dam_metrics, ll_stack_metrics, ll_swarm_metrics;
-
-/* All of them, as a part of a list. */
-#define LL_GAME_METRIC_TABLES                                                                                \
-    &ll_race_metrics, &ll_cannon_metrics, &ll_gambetta_metrics, &ll_shooter_metrics, &ll_crates_metrics,     \
-        &ll_sea_metrics, &ll_dam_metrics, &ll_stack_metrics, &ll_swarm_metrics
+/* The games' own numbers, as the end of a list. */
+#define LL_GAME_METRIC_TABLE(NAME) &ll_##NAME##_metrics,
+#define LL_GAME_METRIC_TABLES LL_GAMES(LL_GAME_METRIC_TABLE)
 
 /* a * b + c on the machine that `env` stands for. Every integrator of a game uses it. */
 static inline double ll_mul_add_as(bool fused, double a, double b, double c)

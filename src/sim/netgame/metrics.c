@@ -223,5 +223,4 @@ const ll_metric_table *const ll_netgame_metric_tables[] = {&server_table,
                                                            &ll_netgame_selection_table,
                                                            &ll_netgame_transport_up_table,
                                                            &ll_netgame_transport_down_table,
-                                                           LL_GAME_METRIC_TABLES,
-                                                           NULL};
+                                                           LL_GAME_METRIC_TABLES NULL};

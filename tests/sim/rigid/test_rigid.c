@@ -474,6 +474,125 @@ static void a_drawn_chain_may_spring(void **state)
     ll_session_destroy(s);
 }
 
+/* ---- measures of a world, by its bodies ---- */
+
+static double number_in(const cJSON *metrics, const char *path)
+{
+    const cJSON *found = ll_param_number_at(metrics, path);
+    if (found == NULL)
+        fail_msg("%s is missing", path);
+    return found->valuedouble;
+}
+
+typedef struct sums {
+    double momentum[2], spin, kinetic, potential, speed, drift, sag, tilt;
+} sums;
+
+enum { DISCS = 3 };
+static const double radius[DISCS] = {0.5, 0.25, 0.75}, density[DISCS] = {2, 5, 1},
+                    start[DISCS][2] = {{-4, 1}, {0, 2}, {5, -1}};
+
+static sums sums_of(const cJSON *metrics)
+{
+    sums r = {0};
+    for (int i = 0; i < DISCS; i++) {
+        const cJSON *body = cJSON_GetArrayItem(cJSON_GetObjectItem(metrics, "bodies"), i);
+        double x = number_in(body, "position.0"), y = number_in(body, "position.1"),
+               vx = number_in(body, "velocity.0"), vy = number_in(body, "velocity.1"),
+               w = number_in(body, "angular_velocity"), m = density[i] * M_PI * radius[i] * radius[i],
+               inertia = m * radius[i] * radius[i] / 2;
+        r.momentum[0] += m * vx;
+        r.momentum[1] += m * vy;
+        r.spin += inertia * w + m * (x * vy - y * vx);
+        r.kinetic += m * (vx * vx + vy * vy) / 2 + inertia * w * w / 2;
+        r.potential += m * 10 * y;
+        r.speed = larger(r.speed, hypot(vx, vy));
+        r.drift = larger(r.drift, fabs(x - start[i][0]));
+        r.sag = larger(r.sag, start[i][1] - y);
+        r.tilt = larger(r.tilt, fabs(number_in(body, "angle")));
+    }
+    return r;
+}
+
+/* Discs that are thrown and meet nothing. */
+static void measures_are_sums_over_the_bodies(void **state)
+{
+    (void)state;
+    ll_session *s = session_of(
+        "{\"kind\":\"rigid\",\"duration_s\":3,\"gravity\":[0,-10],\"bodies\":["
+        "{\"shape\":\"circle\",\"position\":[-4,1],\"density\":2,\"velocity\":[-1,6],\"angular_velocity\":3},"
+        "{\"shape\":\"circle\",\"radius\":0.25,\"position\":[0,2],\"density\":5,\"velocity\":[0.5,9]},"
+        "{\"shape\":\"circle\",\"radius\":0.75,\"position\":[5,-1],\"velocity\":[2,-1],\"angular_velocity\":-"
+        "4}]}");
+    sums worst = {0}, first = {0};
+    for (int64_t tick = 0; tick <= 90; tick++) {
+        run_to(s, tick);
+        cJSON *report = ll_session_metrics(s), *metrics = cJSON_GetObjectItem(report, "metrics");
+        sums r = sums_of(metrics);
+        first = tick == 0 ? r : first;
+        worst.drift = larger(worst.drift, r.drift);
+        worst.sag = larger(worst.sag, r.sag);
+        worst.tilt = larger(worst.tilt, r.tilt);
+        const struct {
+            const char *path;
+            double want;
+        } rows[] = {{"momentum_kgmps.0", r.momentum[0]},
+                    {"momentum_kgmps.1", r.momentum[1]},
+                    {"spin_momentum_kgm2ps", r.spin},
+                    {"kinetic_j", r.kinetic},
+                    {"energy_j", r.kinetic + r.potential},
+                    {"energy_change_j", r.kinetic + r.potential - first.kinetic - first.potential},
+                    {"speed_max_mps", r.speed},
+                    {"drift_m", r.drift},
+                    {"drift_worst_m", worst.drift},
+                    {"sag_m", r.sag},
+                    {"sag_worst_m", worst.sag},
+                    {"tilt_rad", r.tilt},
+                    {"tilt_worst_rad", worst.tilt},
+                    {"penetration_max_m", 0},
+                    {"penetration_mean_m", 0},
+                    {"penetration_worst_m", 0},
+                    {"over_limit_steps", 0},
+                    {"awake", DISCS},
+                    {"steps_asleep", 0}};
+        for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+            if (!is_near(number_in(metrics, rows[i].path), rows[i].want, 1e-6 + 1e-6 * fabs(rows[i].want)))
+                fail_msg("tick %lld: %s is %.9g, of the bodies %.9g", (long long)tick, rows[i].path,
+                         number_in(metrics, rows[i].path), rows[i].want);
+        cJSON_Delete(report);
+    }
+    ll_session_destroy(s);
+}
+
+/* Counted by looking after each step; and the depths of a pyramid that sinks and sleeps. */
+static void sleep_and_depth_are_those_of_the_steps(void **state)
+{
+    (void)state;
+    ll_session *s = library("rigid/pyramid");
+    double worst = 0, seen = 0, asleep = 0, since = -1;
+    for (int64_t tick = 1; tick <= 600 && asleep < 20; tick++) {
+        run_to(s, tick);
+        cJSON *report = ll_session_metrics(s), *metrics = cJSON_GetObjectItem(report, "metrics");
+        double most = number_in(metrics, "penetration_max_m"),
+               mean = number_in(metrics, "penetration_mean_m");
+        bool sleeps = number_in(metrics, "awake") == 0;
+        worst = larger(worst, most);
+        seen += mean > 0;
+        asleep += sleeps;
+        since = !sleeps ? -1 : since < 0 ? (double)tick : since;
+        assert_true(mean <= most && most <= worst);
+        assert_near(number_in(metrics, "penetration_worst_m"), worst, 1e-6 * worst);
+        assert_near(number_in(metrics, "steps_asleep"), asleep, 0);
+        if (sleeps)
+            assert_near(number_in(metrics, "asleep_at_step"), since, 0);
+        else
+            assert_true(cJSON_IsNull(cJSON_GetObjectItem(metrics, "asleep_at_step")));
+        cJSON_Delete(report);
+    }
+    assert_true(seen > 50 && worst > 1e-4 && asleep == 20);
+    ll_session_destroy(s);
+}
+
 /* What a page draws of each body, and what it counts. */
 static void the_bodies_that_are_awake_are_those_counted(void **state)
 {
@@ -518,6 +637,8 @@ int main(void)
         cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
         cmocka_unit_test(the_bodies_that_are_awake_are_those_counted),
+        cmocka_unit_test(measures_are_sums_over_the_bodies),
+        cmocka_unit_test(sleep_and_depth_are_those_of_the_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
