@@ -11,18 +11,16 @@ target_compile_options(laglab_embed PRIVATE -fPIE)
 target_link_libraries(laglab_embed PRIVATE laglab_engine laglab_experiment)
 
 # One object with everything that these functions need. Names that the header does not have become local to it: a program may have
-# functions of the same names, and references to them need no table of addresses in the shared library. The objects are those
-# of the program; the parts that its linker inlines across files go.
+# functions of the same names, and references to them need no table of addresses in the shared library.
 set(embed_folder ${PROJECT_BINARY_DIR}/embed)
 set(embed_object ${embed_folder}/laglab.o)
 add_custom_command(
     OUTPUT ${embed_object}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${embed_folder}
-    COMMAND ${CMAKE_C_COMPILER} -r -nostdlib -fno-lto -o ${embed_folder}/all.o
+    COMMAND ${CMAKE_C_COMPILER} -r -nostdlib -o ${embed_folder}/all.o
             -Wl,--whole-archive $<TARGET_FILE:laglab_embed> -Wl,--no-whole-archive
             $<TARGET_FILE:laglab_experiment> $<TARGET_FILE:laglab_engine>
-    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=laglab_* --strip-debug
-            --remove-section=.gnu.lto_* --remove-section=.gnu.debuglto_* ${embed_folder}/all.o ${embed_object}
+    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=laglab_* --strip-debug ${embed_folder}/all.o ${embed_object}
     COMMAND ${CMAKE_COMMAND} -E rm ${embed_folder}/all.o
     DEPENDS laglab_embed laglab_experiment laglab_engine
     COMMENT "Linking the C library"
