@@ -232,6 +232,7 @@ static void *publish_all(void *argument)
         for (int s = 0; atomic_load(&f->publishing) && s < FRONT_SESSIONS; s++) {
             publish(f, f->stream[s], seq);
         }
+        atomic_store(&f->published, seq);
         ll_ws_flush(f->ws);
     }
     return NULL;

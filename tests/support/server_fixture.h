@@ -15,6 +15,8 @@
 #include "daemon/listener/web_server.h"
 
 #define FRONT_SESSIONS 4
+/* What a test waits for comes much earlier: the limit only ends a hang. */
+#define LIMIT_S 60
 
 typedef struct test_server {
     ll_web_server_config config;
@@ -27,6 +29,7 @@ typedef struct test_server {
     atomic_bool publishing, end;
     atomic_bool starting; /* its application has not all streams yet */
     atomic_uint generation, opened, closed, released;
+    atomic_uint published;              /* number of the newest frame that all streams have */
     atomic_uint wanted, wanted_nothing; /* calls of hook `wanted` while not publishing, and those in which
                                            ll_ws_wants had no channel */
     atomic_int send_hello;              /* 0: viewers get no hello */

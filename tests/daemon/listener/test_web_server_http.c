@@ -281,7 +281,7 @@ static void test_compressed_files(void **state)
                  "GET /js/page.js HTTP/1.1\r\n" HOST "Accept-Encoding: gzip\r\nIf-None-Match: %s\r\n\r\n",
                  small);
         net_send(fd, request);
-        net_read(fd, answer, sizeof answer, "\r\n\r\n", 3);
+        net_read(fd, answer, sizeof answer, "\r\n\r\n", LIMIT_S);
         assert_int_equal(strncmp(answer, "HTTP/1.1 304", 12), 0);
         assert_false(net_header(answer, "Content-Encoding", length, sizeof length));
         assert_true(net_header(answer, "Content-Length", length, sizeof length));
@@ -340,7 +340,7 @@ static void test_kept_connections(void **state)
     }
     /* Three at once, the middle one slow: the answers come in order. */
     net_send(fd, GET("/echo/one") GET("/slow") GET("/echo/three"));
-    net_read(fd, all, 1 << 16, "three|||", 3);
+    net_read(fd, all, 1 << 16, "three|||", LIMIT_S);
     assert_non_null(strstr(all, "one|||"));
     assert_non_null(strstr(strstr(all, "one|||"), "\r\n\r\nslow"));
     assert_non_null(strstr(strstr(all, "slow"), "three|||"));

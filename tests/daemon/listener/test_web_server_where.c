@@ -148,7 +148,7 @@ static void test_others_do_not_wait_for_tasks_of_one_kind(void **state)
     assert_false(atomic_load(&released));
     atomic_store(&released, true);
     for (int i = 0; i < CLIENTS; i++) {
-        net_read(fd[i], answer, sizeof answer, "task begun 0", 10);
+        net_read(fd[i], answer, sizeof answer, "task begun 0", LIMIT_S);
         assert_non_null(strstr(answer, "task begun 0"));
         close(fd[i]);
     }

@@ -213,7 +213,7 @@ static void a_disk_that_is_full_for_a_while(void **state)
 
     limit_files(RLIM_INFINITY);
     for (int i = 0;
-         i < 300 && (ll_store_failing(store, NULL) || __atomic_load_n(&told, __ATOMIC_SEQ_CST) < 3); i++)
+         i < 6000 && (ll_store_failing(store, NULL) || __atomic_load_n(&told, __ATOMIC_SEQ_CST) < 3); i++)
         usleep(10000);
     status = ll_store_wait(store, second);
     assert_false(ll_failed(&status));

@@ -36,7 +36,7 @@ static int open_with_hello(const char *session)
 {
     int fd = viewer_open(f.port, session, BIN);
     assert_true(fd >= 0);
-    assert_true(viewer_read(fd, &frame, 10));
+    assert_true(viewer_read(fd, &frame, LIMIT_S));
     assert_string_equal((char *)frame.bytes, "{\"type\":\"hello\"}");
     return fd;
 }
@@ -44,7 +44,7 @@ static int open_with_hello(const char *session)
 static void wait_for_calls(unsigned more)
 {
     unsigned from = atomic_load(&f.wanted);
-    int64_t until = test_now() + INT64_C(10000000000);
+    int64_t until = test_now() + LIMIT_S * INT64_C(1000000000);
     while (atomic_load(&f.wanted) - from < more && test_now() < until) {
         test_sleep(0.001);
     }
@@ -74,7 +74,7 @@ static void test_called_again(void **state)
     fd = open_with_hello("s1");
     wait_for_calls(1);
     atomic_store(&f.publishing, true);
-    assert_true(viewer_read(fd, &frame, 10));
+    assert_true(viewer_read(fd, &frame, LIMIT_S));
     assert_int_equal(frame.opcode, 2);
     assert_true(viewer_is_whole(&frame));
     close(fd);

@@ -63,7 +63,7 @@ static ll_status add(ll_tasks *tasks, const char *client, const char *session, d
 
 static void wait_for(atomic_bool *what)
 {
-    int64_t until = now_ms() + 20000;
+    int64_t until = now_ms() + 60000;
     while (!atomic_load(what)) {
         assert_true(now_ms() < until);
         usleep(1000);
@@ -73,7 +73,7 @@ static void wait_for(atomic_bool *what)
 /* A task is counted after its `run` has returned, so a little later than `over`. */
 static void wait_for_ended(ll_tasks *tasks, uint64_t count)
 {
-    int64_t until = now_ms() + 20000;
+    int64_t until = now_ms() + 60000;
     while (ll_tasks_get_stats(tasks).ended < count && now_ms() < until)
         usleep(1000);
     assert_int_equal(ll_tasks_get_stats(tasks).ended, count);
