@@ -24,46 +24,52 @@ static const trial trials[] = {
     {"joint_grid", {.size = 30}, 15},
 };
 
-static void step_both(lab *alone, lab *shared, ll_team *team)
+static void step_by(lab *shared, ll_team *team)
 {
-    lab_run(alone, 1);
     if (shared->scene->drive != NULL)
         ok(shared->scene->drive(shared->world, &shared->args, ll_rigid_get_stats(shared->world).step));
     ok(ll_rigid_step_by_team(shared->world, 1.0 / 60, NULL, team));
 }
 
-static void compare(const trial *t, int threads)
+enum { TEAMS_MAX = 4 };
+
+/* The same world alone and by teams of so many threads; 0 ends the list. */
+static void compare(const trial *t, const int threads[TEAMS_MAX])
 {
-    lab alone = lab_standard(t->scene, t->args), shared = lab_standard(t->scene, t->args);
-    ll_team *team;
-    ok(ll_team_make(threads, &team));
-    for (int i = 0; i < t->steps; i++) {
-        step_both(&alone, &shared, team);
-        uint64_t expected = ll_rigid_hash(alone.world), hash = ll_rigid_hash(shared.world);
-        ll_rigid_stats a = ll_rigid_get_stats(alone.world), b = ll_rigid_get_stats(shared.world);
-        if (hash != expected || memcmp(&a, &b, sizeof a) != 0)
-            fail_msg("%s, step %d by %d threads: %016" PRIx64 " instead of %016" PRIx64, t->scene, i, threads,
-                     hash, expected);
+    lab alone = lab_standard(t->scene, t->args), shared[TEAMS_MAX];
+    ll_team *team[TEAMS_MAX];
+    int teams = 0;
+    for (; teams < TEAMS_MAX && threads[teams] > 0; teams++) {
+        shared[teams] = lab_standard(t->scene, t->args);
+        ok(ll_team_make(threads[teams], &team[teams]));
     }
-    ll_team_free(team);
+    for (int i = 0; i < t->steps; i++) {
+        lab_run(&alone, 1);
+        uint64_t expected = ll_rigid_hash(alone.world);
+        ll_rigid_stats a = ll_rigid_get_stats(alone.world);
+        for (int k = 0; k < teams; k++) {
+            step_by(&shared[k], team[k]);
+            uint64_t hash = ll_rigid_hash(shared[k].world);
+            ll_rigid_stats b = ll_rigid_get_stats(shared[k].world);
+            if (hash != expected || memcmp(&a, &b, sizeof a) != 0)
+                fail_msg("%s, step %d by %d threads: %016" PRIx64 " instead of %016" PRIx64, t->scene, i,
+                         threads[k], hash, expected);
+        }
+    }
+    for (int k = 0; k < teams; k++) {
+        ll_team_free(team[k]);
+        lab_close(&shared[k]);
+    }
     lab_close(&alone);
-    lab_close(&shared);
 }
 
-static void the_same_bits_by_two_threads(void **state)
+static void the_same_bits_by_any_number(void **state)
 {
     (void)state;
-    for (size_t i = 0; i < sizeof trials / sizeof *trials; i++)
-        compare(&trials[i], 2);
-}
-
-static void the_same_bits_by_an_odd_number(void **state)
-{
-    (void)state;
-    for (size_t i = 0; i < sizeof trials / sizeof *trials; i += 2)
-        compare(&trials[i], 5);
-    compare(&trials[1], 3); /* islands that threads share, in as many parts */
-    compare(&trials[1], 4);
+    compare(&trials[0], (int[TEAMS_MAX]){2, 5});
+    compare(&trials[1], (int[TEAMS_MAX]){2, 3, 4}); /* islands that threads share, in as many parts */
+    for (size_t i = 2; i < sizeof trials / sizeof *trials; i++)
+        compare(&trials[i], (int[TEAMS_MAX]){2, i % 2 == 0 ? 5 : 0});
 }
 
 /* Sleep changes the lists of awake bodies and contacts between the steps. */
@@ -77,8 +83,10 @@ static void the_same_bits_while_bodies_fall_asleep(void **state)
         shared = lab_open("pyramid", args, &p, LL_BROAD_GRID);
     ll_team *team;
     ok(ll_team_make(3, &team));
-    for (int i = 0; i < 900 && ll_rigid_get_stats(alone.world).awake > 0; i++)
-        step_both(&alone, &shared, team);
+    for (int i = 0; i < 900 && ll_rigid_get_stats(alone.world).awake > 0; i++) {
+        lab_run(&alone, 1);
+        step_by(&shared, team);
+    }
     assert_int_equal(ll_rigid_get_stats(alone.world).awake, 0);
     assert_true(ll_rigid_hash(alone.world) == ll_rigid_hash(shared.world));
     ll_team_free(team);
@@ -149,8 +157,7 @@ static void the_same_bits_where_many_bounce_at_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_same_bits_by_two_threads),
-        cmocka_unit_test(the_same_bits_by_an_odd_number),
+        cmocka_unit_test(the_same_bits_by_any_number),
         cmocka_unit_test(the_same_bits_where_many_bounce_at_once),
         cmocka_unit_test(the_same_bits_while_bodies_fall_asleep),
         cmocka_unit_test(a_world_that_diverges_says_the_same),
