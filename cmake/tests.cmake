@@ -12,11 +12,12 @@ set(tests_dir ${PROJECT_SOURCE_DIR}/tests)
 set(test_options $<$<NOT:$<CONFIG:Debug>>:-O1> $<$<C_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>) # which gcc guesses at -O1
 
 # Published statistics, which only a change of their method can move; other CPUs; more of what another test samples.
-set(tests_of_all experiment.interval_coverage experiment.interval_runs golden.aarch64 golden.riscv64 oracle.netgame_more)
+set(tests_of_all experiment.interval_coverage experiment.interval_runs experiment.until_coverage golden.aarch64 golden.riscv64 oracle.netgame_more
+    sim.outages_many)
 # Seconds of the longest, which begin first, so that no core is idle at the end.
-set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 experiment.advise 13 game.drag_flight 13
-    sim.peers 10 experiment.interval_runs 8 experiment.until 8 rigid.team 8 daemon.web_server_stream 7 golden.golden_1 7 golden.golden_2 7
-    sim.outages 7 fluid.team 6 sim.detection 6)
+set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 experiment.advise 13
+    sim.peers 10 experiment.interval_runs 8 experiment.until_coverage 8 rigid.team 8 daemon.web_server_stream 7 golden.golden_1 7 golden.golden_2 7
+    sim.outages_many 7 fluid.team 6 sim.detection 6)
 
 file(GLOB support_sources CONFIGURE_DEPENDS ${tests_dir}/support/*.c)
 if(support_sources)
@@ -88,6 +89,7 @@ foreach(source IN LISTS test_sources)
         laglab_test(${room}.${name} ${room} test_${room} ${name})
     endif()
 endforeach()
+laglab_test(sim.outages_many sim test_sim outages many)
 list(REMOVE_DUPLICATES test_rooms)
 foreach(room IN LISTS test_rooms)
     set(groups ${PROJECT_BINARY_DIR}/tests/${room}/groups.inc)

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -15,12 +16,12 @@
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
-#define OUTAGES 8 /* per sync mode; a tenth of the cases when tests must be fast */
-#define MORE 1
+enum { FEW_OUTAGES = 8, MANY_OUTAGES = 8, MORE = 1 }; /* a tenth of the cases when tests must be fast */
 #else
-#define OUTAGES 90
-#define MORE 7 /* factor for sync modes with fast games: others are slower than their clocks */
+/* MORE: factor for sync modes with fast games; others are slower than their clocks. */
+enum { FEW_OUTAGES = 30, MANY_OUTAGES = 90, MORE = 7 };
 #endif
+static int outages = FEW_OUTAGES; /* per sync mode; `test_sim outages many`: of the tier all */
 
 #define WINDOW_S 20 /* over which both are compared */
 #define FEW 8       /* minimum number of values for a mean */
@@ -334,8 +335,8 @@ static void everything_is_as_before(void **state)
     printf("\n");
     for (int k = 0; ll_syncs[k]; k++) {
         row r = {0};
-        int outages = ll_syncs[k]->guesses ? MORE * OUTAGES : OUTAGES;
-        for (int i = 0; i < outages; i++)
+        int tries = ll_syncs[k]->guesses ? MORE * outages : outages;
+        for (int i = 0; i < tries; i++)
             all = try(&r, ll_syncs[k], (uint64_t)(1000 * (k + 1) + i)) && all;
         all = all && alike(&r) && r.beyond[FELT] <= r.shifted + 3 * sqrt(2.0 * r.shifted);
         print_row(ll_sync_mode_names[k], &r);
@@ -421,7 +422,7 @@ static void predicted_inputs_are_felt_at_the_next_display(void **state)
 {
     (void)state;
     int players = 0;
-    for (uint64_t n = 200; n < 200 + OUTAGES; n++) {
+    for (uint64_t n = 200; n < 200 + (uint64_t)outages; n++) {
         outage o = draw_outage(&ll_sync_lockstep, n);
         const char *const nobody_leaves[] = {"server.timeout_s=0", NULL};
         write_scenario(&o, n, n % 3 != 0);
@@ -443,11 +444,13 @@ static void predicted_inputs_are_felt_at_the_next_display(void **state)
         }
         scene_close(&s);
     }
-    assert_true(players > OUTAGES / 2);
+    assert_true(players > outages / 2);
 }
 
-int main(void)
+int main(int count, char **arguments)
 {
+    if (count > 1 && strcmp(arguments[1], "many") == 0)
+        outages = MANY_OUTAGES;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(predicted_inputs_are_felt_at_the_next_display),
         cmocka_unit_test(packets_come_before_clients_act),
