@@ -250,7 +250,7 @@ static void ends_at_cover_and_ground(void **state)
         ll_flight_hit hit = ll_arena_flight(&arena, 0, &f, 0, 20, self, self);
         ll_met want = LL_MET_NOTHING;
         double s = 0;
-        while (want == LL_MET_NOTHING) {
+        while (want == LL_MET_NOTHING && s < 20) {
             ll_point p = ll_flight_at(&f, s);
             double free = fmin(60 - p.x, p.y + 1);
             if (free < 0)
