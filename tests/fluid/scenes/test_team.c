@@ -38,7 +38,7 @@ static const trial trials[] = {
     {"pool", "params.size=150", 2},
 };
 
-/* The same fluid alone and by teams of so many threads; 0: none. */
+/* The same fluid alone and by a team of each number of threads; 0: none. */
 static void compare(const trial *t, const int threads[2])
 {
     tank alone = tank_open(t->scene, t->settings), shared[2];

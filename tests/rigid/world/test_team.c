@@ -33,7 +33,7 @@ static void step_by(lab *shared, ll_team *team)
 
 enum { TEAMS_MAX = 4 };
 
-/* The same world alone and by teams of so many threads; 0 ends the list. */
+/* The same world alone and by a team of each number of threads; 0 ends the list. */
 static void compare(const trial *t, const int threads[TEAMS_MAX])
 {
     lab alone = lab_standard(t->scene, t->args), shared[TEAMS_MAX];
