@@ -58,7 +58,10 @@ const loadBefore = loadavg()[0];
 
 /** What a number means nothing without. */
 export function machine() {
-  const flags = /CMAKE_BUILD_TYPE:\w+=(.*)/.exec(readFileSync(join(build, 'CMakeCache.txt'), 'utf8'))?.[1];
+  const cache = readFileSync(join(build, 'CMakeCache.txt'), 'utf8'),
+    option = (/** @type {string} */ name) => new RegExp(`^${name}:\\w+=(.*)$`, 'm').exec(cache)?.[1] ?? '',
+    linked = option('LAGLAB_LTO') === 'ON' ? ' -flto' : '',
+    flags = `${option('LAGLAB_OPTIMISE')}${linked}${option('LAGLAB_PROFILE') === 'use' ? ' by a profile' : ''}`;
   const dirty = first('git', ['status', '--porcelain', '--untracked-files=no', 'src', 'bench']) ? ' with changes' : '';
   return {
     cpu: `${cpus().length} x ${cpus()[0].model.trim()}`,
