@@ -142,6 +142,85 @@ static void layers_are_as_large_as_they_say(void **state)
     }
 }
 
+/* What a page draws: the caller frees it. */
+static float *layer_of(const tank *t, const char *name, int32_t *width, int32_t *height)
+{
+    const ll_fluid_method *m = t->scene->method;
+    int layer = 0, columns = 0;
+    while (layer < m->layer_count && strcmp(m->layers[layer].name, name) != 0)
+        layer++;
+    assert_true(layer < m->layer_count);
+    m->layer_size(t->block, layer, width, height);
+    while (m->layers[layer].columns[columns])
+        columns++;
+    float *values = malloc((size_t)*width * (size_t)*height * (size_t)columns * sizeof *values);
+    assert_non_null(values);
+    m->layer_values(t->block, layer, values);
+    return values;
+}
+
+static void a_seas_numbers_are_those_of_the_heights_that_are_drawn(void **state)
+{
+    (void)state;
+    tank t = tank_open("sea", "params.n=64 params.tile=32 params.length_m=300");
+    tank_run(&t, 45, FRAME);
+    int32_t width, height;
+    float *values = layer_of(&t, "height", &width, &height);
+    double sum = 0, low = INFINITY, high = -INFINITY, second = 0, fourth = 0, points = (double)width * height;
+    assert_true(width == 64 && height == 64);
+    for (int i = 0; i < width * height; i++) {
+        sum += (double)values[i];
+        low = smaller(low, (double)values[i]);
+        high = larger(high, (double)values[i]);
+    }
+    for (int i = 0; i < width * height; i++) {
+        double square = ((double)values[i] - sum / points) * ((double)values[i] - sum / points);
+        second += square / points;
+        fourth += square * square / points;
+    }
+    assert_near(tank_number(&t, "height_min_m"), low, 1e-6);
+    assert_near(tank_number(&t, "height_max_m"), high, 1e-6);
+    assert_near(tank_number(&t, "height_mean_m"), sum / points, 1e-6);
+    assert_near(tank_number(&t, "significant_height_m"), 4 * sqrt(second), 1e-6);
+    assert_near(tank_number(&t, "excess_kurtosis"), fourth / (second * second) - 3, 1e-5);
+    assert_near(tank_number(&t, "height_error"), 4 * sqrt(second) / tank_number(&t, "wind_sea_height_m") - 1,
+                1e-6);
+    assert_between("a share", tank_number(&t, "wind_sea_share_in_box"), 0.1, 1);
+    free(values);
+    tank_close(&t);
+}
+
+static void a_rafts_numbers_are_those_of_what_is_drawn(void **state)
+{
+    (void)state;
+    tank t = tank_open("raft", "params.size=24");
+    double left = tank_number(&t, "body_x_m") - 0.4; /* its left half is drawn down */
+    t.scene->method->drag_force(
+        t.block,
+        &(ll_drag_force){.x = left, .y = tank_number(&t, "body_y_m"), .velocity_y = -2, .radius = 0.5});
+    tank_run(&t, 20, FRAME);
+    int32_t width, height;
+    float *corner = layer_of(&t, "body", &width, &height), *particle = NULL;
+    assert_true(width == 4 && height == 1);
+    double x = 0, y = 0, right = -INFINITY;
+    for (int i = 0; i < 4; i++) {
+        x += (double)corner[2 * i] / 4;
+        y += (double)corner[2 * i + 1] / 4;
+    }
+    assert_near(tank_number(&t, "body_x_m"), x, 1e-6);
+    assert_near(tank_number(&t, "body_y_m"), y, 1e-6);
+    assert_near(tank_number(&t, "body_angle_rad"),
+                atan2((double)(corner[3] - corner[1]), (double)(corner[2] - corner[0])), 1e-5);
+    assert_true(fabs(tank_number(&t, "body_angle_rad")) > 1e-4);
+    particle = layer_of(&t, "particles", &width, &height);
+    for (int i = 0; i < width; i++)
+        right = larger(right, (double)particle[5 * i]);
+    assert_between("half a particle", tank_number(&t, "front_m") - right, 1e-4, 0.1);
+    free(corner);
+    free(particle);
+    tank_close(&t);
+}
+
 /* Only where something does not fit is something told. */
 static void what_does_not_fit_is_told(void **state)
 {
@@ -183,6 +262,8 @@ int main(void)
         cmocka_unit_test(hostile_sizes_are_refused),
         cmocka_unit_test(lagged_density_is_told_by_tick_and_particle),
         cmocka_unit_test(layers_are_as_large_as_they_say),
+        cmocka_unit_test(a_rafts_numbers_are_those_of_what_is_drawn),
+        cmocka_unit_test(a_seas_numbers_are_those_of_the_heights_that_are_drawn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
