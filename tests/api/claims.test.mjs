@@ -12,7 +12,7 @@ const checked = new Set();
 
 /** @param {string} name @returns {Record<string, any>[]} a row per point */
 function points(name) {
-  const result = spawnSync(BINARY, ['sweep', `experiments/${name}`, '--points', '--format', 'json'], { encoding: 'utf8', timeout: 120000 });
+  const result = spawnSync(BINARY, ['sweep', `experiments/${name}`, '--points', '--format', 'json'], { encoding: 'utf8', timeout: 600000 });
   assert.equal(result.status, 0, result.stderr);
   checked.add(name);
   return JSON.parse(result.stdout);

@@ -9,7 +9,8 @@ import { startDaemon } from '../lib/daemon.mjs';
 
 const C = '/api/v1/classes',
   MEMBERS = 30,
-  WATCH = { session: 10, scene: 10, lanes: 10 };
+  HZ = 10,
+  WATCH = { session: HZ, scene: HZ, lanes: HZ };
 
 let daemon, c, ajv;
 before(async () => {
@@ -33,15 +34,11 @@ function check(message) {
 /** Bytes received, frames of WebSocket included. */
 const received = (streams) => streams.reduce((sum, s) => sum + s.socket._socket.bytesRead, 0);
 
-test('thirty members and a teacher at once: every change within a second, 2 Mbit/s at most', async (t) => {
+test('thirty members and a teacher at once: each of them sees every change, 2 Mbit/s at most', async (t) => {
   const opened = (await c.call('POST', C)).json,
     key = opened.teacher_key,
     at = `${C}/${opened.id}`;
-  const set = async (patch) => {
-    const begun = performance.now();
-    assert.equal((await c.call('PATCH', at, { key, body: patch })).status, 200);
-    return begun;
-  };
+  const set = async (patch) => assert.equal((await c.call('PATCH', at, { key, body: patch })).status, 200);
   const board = (await c.call('PUT', `${at}/board`, { key, body: { scenario: 'race', set: { duration_s: 600 } } })).json;
   const teacher = await openStream(daemon.url, `classes/${opened.id}`);
   const members = await Promise.all(
@@ -58,13 +55,8 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
   for (const m of members) if (m instanceof Error) throw m;
   const all = [teacher, ...members.map((m) => m.own)];
   const newest = (s) => s.messages.filter((m) => m.serial !== undefined).at(-1);
-  /** The time until every one of the 31 has seen it. */
-  const everybody = async (test_, what, begun = performance.now()) => {
-    await waitFor(() => all.every((s) => test_(newest(s))), `${what} at all ${all.length}`);
-    const ms = performance.now() - begun;
-    t.diagnostic(`${what}: ${ms.toFixed(0)} ms to all ${all.length}`);
-    return ms;
-  };
+  /** Until every one of the 31 has seen it; how long that takes: bench/classroom.mjs. */
+  const everybody = (test_, what) => waitFor(() => all.every((s) => test_(newest(s))), `${what} at all ${all.length}`);
   await everybody((s) => s.n === MEMBERS && s.seats.every((seat) => seat.state === 'held'), 'members and seats');
   assert.deepEqual(
     members
@@ -74,52 +66,54 @@ test('thirty members and a teacher at once: every change within a second, 2 Mbit
     [0, 1],
   );
 
-  const t1 = await set({ phase: 'predict', lesson: 'late_answer', step: 1, choices: 4 });
-  assert.ok((await everybody((s) => s.phase === 'predict', 'a phase', t1)) < 1000);
+  await set({ phase: 'predict', lesson: 'late_answer', step: 1, choices: 4 });
+  await everybody((s) => s.phase === 'predict', 'a phase');
   const votes = await Promise.all(members.map((m, i) => c.call('PUT', `${at}/vote`, { key: m.token, body: { step: 1, choice: i % 4 } })));
   assert.ok(votes.every(({ status }) => status === 204));
-  assert.ok((await everybody((s) => s.votes === MEMBERS && s.tally === null, 'the count of votes')) < 2000);
-  const t2 = await set({ phase: 'locked' });
-  await everybody((s) => s.tally?.join() === '8,8,7,7', 'the tally', t2);
+  await everybody((s) => s.votes === MEMBERS && s.tally === null, 'the count of votes');
+  await set({ phase: 'locked' });
+  await everybody((s) => s.tally?.join() === '8,8,7,7', 'the tally');
 
-  const t3 = await set({ phase: 'run' });
-  await everybody((s) => s.status === 'playing', 'the run', t3);
+  await set({ phase: 'run' });
+  await everybody((s) => s.status === 'playing', 'the run');
   let driving = true;
+  t.after(() => {
+    driving = false;
+  });
   const drive = (async () => {
     for (let i = 0; driving; i++) {
       for (const m of members.slice(0, 2)) m.view.say({ input: { player: m.player, axes: [i % 3 ? 1 : 0, (i % 5) / 4 - 0.5] } });
       await pause(100);
     }
   })();
-  await pause(1000); /* first frames are whole */
-  const streams = [...all, ...members.map((m) => m.view)];
-  const frames = members.map((m) => m.view.frames.length),
-    bytes = received(streams),
-    from = performance.now();
-  await pause(5000);
-  const s = (performance.now() - from) / 1000,
-    mbit_s = ((received(streams) - bytes) * 8) / 1e6 / s;
-  const hz = members.map((m, i) => (m.view.frames.length - frames[i]) / s);
-  t.diagnostic(
-    `${MEMBERS} viewers of a race: ${mbit_s.toFixed(3)} Mbit/s at ${Math.min(...hz).toFixed(1)} to ${Math.max(...hz).toFixed(1)} Hz`,
-  );
+  const more = (/** @type {number} */ count) => {
+    const had = members.map((m) => m.view.frames.length);
+    return waitFor(() => members.every((m, i) => m.view.frames.length >= had[i] + count), `${count} frames of each`);
+  };
+  const streams = [...all, ...members.map((m) => m.view)],
+    /* by the session's clock, which goes on however busy the machine is */
+    now = async () => ({ bytes: received(streams), time_s: (await c.get(`/api/v1/sessions/${board.id}`)).json.time_s });
+  await more(10); /* the first are whole */
+  const before = await now();
+  await more(40);
+  const after = await now(),
+    mbit_s = ((after.bytes - before.bytes) * 8) / (after.time_s - before.time_s) / 1e6;
+  t.diagnostic(`${MEMBERS} viewers of a race at ${HZ} Hz: ${mbit_s.toFixed(3)} Mbit/s`);
   assert.ok(mbit_s <= 2, `${mbit_s} Mbit/s`);
-  assert.ok(Math.max(...hz) <= 11, `${Math.max(...hz)} Hz`);
-  assert.ok(Math.min(...hz) >= 3, `${Math.min(...hz)} Hz: nothing was measured`);
   driving = false;
   await drive;
 
-  const t4 = await set({ frozen: true });
-  assert.ok((await everybody((x) => x.frozen && x.status === 'paused', 'the freeze', t4)) < 1000);
-  const t5 = await set({ together: true });
-  assert.ok((await everybody((x) => x.together, 'bringing all to the board', t5)) < 2000);
-  const t6 = await set({ frozen: false, together: false });
-  await everybody((x) => x.status === 'playing' && !x.together, 'letting go', t6);
+  await set({ frozen: true });
+  await everybody((x) => x.frozen && x.status === 'paused', 'the freeze');
+  await set({ together: true });
+  await everybody((x) => x.together, 'bringing all to the board');
+  await set({ frozen: false, together: false });
+  await everybody((x) => x.status === 'playing' && !x.together, 'letting go');
   for (const stream of all) stream.messages.forEach(check);
   await Promise.all(streams.map((stream) => stream.close()));
 });
 
-test('a freeze of thirty copies takes a second at most', async (t) => {
+test('a freeze stops thirty copies', async () => {
   const opened = (await c.call('POST', C)).json,
     key = opened.teacher_key,
     at = `${C}/${opened.id}`;
@@ -132,12 +126,8 @@ test('a freeze of thirty copies takes a second at most', async (t) => {
     const view = await openStream(daemon.url, `sessions/${json.copy}`, 'bin', { ack: true, subscribe: WATCH });
     copies.push({ ...json, view });
   }
-  const begun = performance.now();
   await c.call('PATCH', at, { key, body: { frozen: true } });
   const isPaused = async (id) => (await c.get(`/api/v1/sessions/${id}`)).json.status === 'paused';
   await Promise.all(copies.map(({ copy }) => waitFor(() => isPaused(copy), `the freeze of ${copy}`)));
-  const ms = performance.now() - begun;
-  t.diagnostic(`${MEMBERS} copies and the board frozen after ${ms.toFixed(0)} ms`);
-  assert.ok(ms < 1000, `${ms} ms`);
   await Promise.all(copies.map(({ view }) => view.close()));
 });

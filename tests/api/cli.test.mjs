@@ -23,7 +23,7 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 /** @param {string[]} args @param {string} [input] */
 function laglab(args, input = '') {
-  const result = spawnSync(BINARY, args, { cwd: folder, input, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+  const result = spawnSync(BINARY, args, { cwd: folder, input, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 600000 });
   assert.equal(result.signal, null, `laglab ${args.join(' ')} ended by ${result.signal}: ${result.stderr}`);
   return result;
 }

@@ -1,7 +1,7 @@
 // Holds the page's decoder of binary frames against the text frames of the same instant, for scenarios of every kind.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { client, decodeAll, pause } from '../lib/client.mjs';
+import { client, decodeAll, seqOf, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { RECORDS, SCHEMA } from '../../www/js/stream/records.js';
 
@@ -32,6 +32,9 @@ const rowOf = (layout, row) => ({
   ...(row.values ? { values: [...row.values] } : {}),
 });
 
+/** Waits until the one has the newest frame of the other. */
+const whole = (bin, text) => waitFor(() => bin.frames.length > 0 && seqOf(bin.frames.at(-1)) >= text.frames.at(-1).seq, 'the same frame');
+
 for (const scenario of [
   'race',
   'eight',
@@ -55,7 +58,7 @@ for (const scenario of [
       const { json } = await c.get(`/api/v1/sessions/${session.id}`);
       await text.frame((frame) => frame.tick === json.tick);
     }
-    await pause(300);
+    await whole(bin, text);
     const read = await decodeAll(bin.frames, bin.hello.tick_hz);
     let compared = 0;
     for (const frame of read) {
@@ -84,9 +87,10 @@ test('events come once each, in both', async () => {
   const session = await c.make({ scenario: 'race' });
   const bin = await c.stream(session, 'bin', { ack: true }),
     text = await c.stream(session, 'json', { ack: true });
-  await pause(1500);
+  await waitFor(() => text.frames.flatMap((frame) => frame.events ?? []).length > 400, 'events');
   await c.control(session, { op: 'pause' });
-  await pause(300);
+  await waitFor(() => !text.frames.at(-1).flags.includes('playing'), 'the last frame');
+  await whole(bin, text);
   const byId = new Map(),
     layout = RECORDS.find(({ name }) => name === 'events');
   let next = -1;

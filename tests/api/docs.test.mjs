@@ -304,7 +304,7 @@ for (const file of DOCUMENTS) {
       symlinkSync(path.join(ROOT, 'scenarios'), path.join(folder, 'scenarios'));
       // The commands of a document follow each other, as a reader types them.
       const script = PRELUDE + commands.join('\n').replaceAll(WRITTEN, daemon.url.replace(/\/$/, ''));
-      await promisify(execFile)('bash', ['-c', script], { cwd: folder, timeout: 120000, maxBuffer: 1 << 24 }).catch((error) => {
+      await promisify(execFile)('bash', ['-c', script], { cwd: folder, timeout: 600000, maxBuffer: 1 << 24 }).catch((error) => {
         assert.fail(`${file}: exit ${error.code}\n${String(error.stdout).slice(-800)}\n${error.stderr}`);
       });
     } finally {

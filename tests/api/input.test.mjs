@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import net from 'node:net';
-import { client, openStream, pause, raw, waitFor } from '../lib/client.mjs';
+import { client, HANG_MS, openStream, pause, raw, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
 let daemon, c, schema;
@@ -128,7 +128,7 @@ function refused(answer, field, leaf, value) {
     for (const choice of leaf.enum.slice(0, 6)) assert.ok(detail.includes(choice), `the choices are not named: ${what}`);
 }
 
-const count = async () => /^laglab_sessions (\d+)$/m.exec((await c.get('/metrics')).text)[1];
+const count = async (who = c) => /^laglab_sessions (\d+)$/m.exec((await who.get('/metrics')).text)[1];
 
 test('every parameter refuses what it must, on creation', async () => {
   const sessions = await count();
@@ -177,18 +177,18 @@ test('every parameter refuses what it must, while a session runs', async () => {
 // ---- bodies ----
 
 /** Runs `attack` and shows that this session, and the number of all, is as before. */
-async function unharmed(attack) {
-  const session = await c.make({ paused: true, set: { 'players.0.control': 'person' } });
+async function unharmed(attack, who = c) {
+  const session = await who.make({ paused: true, set: { 'players.0.control': 'person' } });
   const self = session.links.self;
   const state = async () => {
-    const { cost, parked, viewers, ...rest } = (await c.get(self)).json;
-    return { ...rest, log: (await c.get(session.links.log)).text, hash: (await c.get(session.links.state)).json.hash };
+    const { cost, parked, viewers, ...rest } = (await who.get(self)).json;
+    return { ...rest, log: (await who.get(session.links.log)).text, hash: (await who.get(session.links.state)).json.hash };
   };
   const earlier = await state(),
-    sessions = await count();
+    sessions = await count(who);
   await attack(session);
   assert.deepEqual(await state(), earlier);
-  assert.equal(await count(), sessions);
+  assert.equal(await count(who), sessions);
 }
 
 test('malformed, truncated, deeply nested and large JSON', () =>
@@ -336,7 +336,8 @@ test('a body over the limit, whole or in chunks', () =>
       daemon.port,
       `POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n` +
         `Transfer-Encoding: chunked\r\n\r\n${chunk.repeat(40)}0\r\n\r\n`,
-      1000,
+      HANG_MS,
+      (said) => said.endsWith('}'),
     );
     assert.match(text, /^HTTP\/1.1 413 /);
   }));
@@ -346,18 +347,18 @@ test('a body over the limit, whole or in chunks', () =>
 test('half a request line, then silence', () =>
   unharmed(async () => {
     const waiting = ['GET /api', 'GET / HTTP/1.1\r\nHost: loc', 'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\n', ''].map((bytes) =>
-      raw(daemon.port, bytes, 5000),
+      raw(daemon.port, bytes, HANG_MS),
     );
     await pause(100);
     assert.equal((await c.get('/healthz')).status, 200, 'others are served');
-    for (const { text, closed, ms } of await Promise.all(waiting)) {
-      assert.ok(closed && ms < 4000, `closed after ${ms} ms`);
+    for (const { text, closed } of await Promise.all(waiting)) {
+      assert.ok(closed, 'it is closed');
       assert.match(text, /^(HTTP\/1.1 408 [\s\S]*"status":408[\s\S]*)?$/);
     }
     const slow = await raw(
       daemon.port,
       'POST /api/v1/sessions HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 100\r\n\r\n{"sc',
-      6000,
+      HANG_MS,
     );
     assert.ok(slow.closed, 'half a body is not waited for');
   }));
@@ -366,11 +367,14 @@ test('binary junk', () =>
   unharmed(async (session) => {
     let state = 12345;
     const random = () => (state = (state * 1103515245 + 12345) % 2147483648) >> 8;
-    for (let i = 0; i < 60; i++) {
+    const junk = Array.from({ length: 60 }, (_, i) => {
       const bytes = Buffer.from(Array.from({ length: 1 + (random() % 3000) }, () => random() & 255));
       if (i % 3 === 1) bytes.write('GET /');
       if (i % 3 === 2) bytes.write('\x16\x03\x01');
-      const { text } = await raw(daemon.port, bytes, 1500);
+      return bytes;
+    });
+    for (const { text, closed } of await Promise.all(junk.map((bytes) => raw(daemon.port, bytes, HANG_MS)))) {
+      assert.ok(closed);
       assert.match(text, /^(HTTP\/1.1 (400|405|408|431|505) [\s\S]*)?$/);
     }
     // on a stream: an unmasked frame, a huge one, a reserved code, binary messages, an endless text
@@ -409,9 +413,14 @@ test('a WebSocket from a foreign page', () =>
     await assert.rejects(openStream(daemon.url, `sessions/${'a'.repeat(26)}`), { status: 404 });
   }));
 
-test('1,000 connections at once', () =>
-  unharmed(async () => {
-    const sockets = Array.from({ length: 1000 }, () => net.connect(daemon.port, '127.0.0.1'));
+test('1,000 connections at once', async (t) => {
+  // With time for all heads to come, on a machine however busy.
+  const patient = await startDaemon({ args: ['--head-timeout-s', '60', '--max-connections', '600', '--max-connections-per-ip', '600'] }),
+    p = client(patient.url);
+  t.after(() => patient.stop());
+  t.after(() => p.close());
+  await unharmed(async () => {
+    const sockets = Array.from({ length: 1000 }, () => net.connect(patient.port, '127.0.0.1'));
     const answers = Array(1000).fill('');
     sockets.forEach((socket, i) => {
       socket
@@ -434,6 +443,6 @@ test('1,000 connections at once', () =>
       assert.match(text, /Retry-After: \d+/i);
       assert.match(text, /application\/problem\+json/);
     }
-    await pause(200);
-    assert.equal((await c.get('/healthz')).status, 200);
-  }));
+    await waitFor(async () => (await p.get('/healthz')).status === 200, 'a free place');
+  }, p);
+});

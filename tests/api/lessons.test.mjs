@@ -165,7 +165,7 @@ test('an own lesson: numbers are written, problems printed', () => {
     spawnSync(process.execPath, [path.join(ROOT, 'docs/lessons.mjs'), file], {
       encoding: 'utf8',
       env: { ...process.env, LAGLAB_BIN: BINARY },
-      timeout: 60000,
+      timeout: 600000,
     });
   try {
     const lesson = read('late_answer');

@@ -19,7 +19,7 @@ const read = (/** @type {string} */ name) => readFileSync(file(name));
 
 /** @param {string[]} args @param {string} [cwd] */
 function laglab(args, cwd = folder) {
-  const result = spawnSync(BINARY, args, { cwd, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 120000 });
+  const result = spawnSync(BINARY, args, { cwd, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 600000 });
   assert.equal(result.signal, null, `laglab ${args.join(' ')} ended by ${result.signal}: ${result.stderr}`);
   return result;
 }

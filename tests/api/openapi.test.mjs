@@ -335,14 +335,10 @@ test('experiments', async () => {
     question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };
   const ask = async (body) => {
     const asked = (await call('post', A, {}, 202, { body })).json;
-    const found = await waitFor(
-      async () => {
-        const answer = (await call('get', `${A}/{id}`, { id: asked.id }, 200)).json;
-        return answer.state !== 'running' && answer;
-      },
-      'advice',
-      20000,
-    );
+    const found = await waitFor(async () => {
+      const answer = (await call('get', `${A}/{id}`, { id: asked.id }, 200)).json;
+      return answer.state !== 'running' && answer;
+    }, 'advice');
     return { ...found, key: asked.owner_key };
   };
   const advised = await ask(question);

@@ -15,7 +15,7 @@ const checked = new Set();
 function rowsOf(name, change) {
   const spec = JSON.parse(readFileSync(path.join(ROOT, `scenarios/experiments/${name}.json`), 'utf8'));
   change(spec);
-  const result = spawnSync(BINARY, ['sweep', '-', '--format', 'json'], { input: JSON.stringify(spec), encoding: 'utf8', timeout: 120000 });
+  const result = spawnSync(BINARY, ['sweep', '-', '--format', 'json'], { input: JSON.stringify(spec), encoding: 'utf8', timeout: 600000 });
   assert.equal(result.status, 0, result.stderr);
   checked.add(name);
   const rows = JSON.parse(result.stdout);

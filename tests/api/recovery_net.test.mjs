@@ -31,7 +31,7 @@ function random(seed) {
 
 /** @param {string[]} args */
 function laglab(args) {
-  const result = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+  const result = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 600000 });
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.signal ?? ''} ${result.stderr}`);
   return JSON.parse(result.stdout);
 }

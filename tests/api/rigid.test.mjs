@@ -31,7 +31,7 @@ function laglab(args, input) {
     input: input && JSON.stringify(input),
     encoding: 'utf8',
     maxBuffer: 1 << 28,
-    timeout: 60000,
+    timeout: 600000,
   });
 }
 

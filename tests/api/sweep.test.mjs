@@ -6,9 +6,9 @@ import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, 
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { waitFor } from '../lib/client.mjs';
 import { parseCsv } from '../lib/csv.mjs';
 import { readReport } from '../lib/report.mjs';
+import { stored } from '../lib/store.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
@@ -28,7 +28,7 @@ function laglab(args, wish = {}) {
     input: wish.input ?? '',
     encoding: 'utf8',
     maxBuffer: 1 << 28,
-    timeout: 120000,
+    timeout: 600000,
     env: { ...process.env, ...wish.env },
   });
   assert.equal(result.signal, null, `laglab ${args.join(' ')} ended by ${result.signal}: ${result.stderr}`);
@@ -568,8 +568,7 @@ test('a sweep that was killed goes on where it was, and every row is there once'
   const name = race(300);
   const whole = good(['sweep', name]);
   const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'k.csv'], { cwd: folder, stdio: 'ignore' });
-  await waitFor(() => existsSync(file('k.csv.runs-wal')), 'the store');
-  await new Promise((resolve) => setTimeout(resolve, 150));
+  await stored(file('k.csv'));
   begun.kill('SIGKILL');
   await new Promise((resolve) => begun.once('close', resolve));
   assert.equal(existsSync(file('k.csv')), false, 'no half file');
@@ -588,8 +587,7 @@ const RENAMED = ['experiment', 'chunk', 'result'].map((table) => `UPDATE ${table
 test('a sweep that another version began is not gone on with, and its rows stay', async () => {
   const name = race(300);
   const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'v.csv'], { cwd: folder, stdio: 'ignore' });
-  await waitFor(() => existsSync(file('v.csv.runs-wal')), 'the store');
-  await new Promise((resolve) => setTimeout(resolve, 300));
+  await stored(file('v.csv'));
   begun.kill('SIGKILL');
   await new Promise((resolve) => begun.once('close', resolve));
   const rows = sql('v.csv.runs', `UPDATE experiment SET version='${OTHER}';${RENAMED}SELECT count(*) FROM result`);

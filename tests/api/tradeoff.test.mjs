@@ -19,7 +19,7 @@ before(() => {
 after(() => rmSync(folder, { recursive: true, force: true }));
 
 /** @param {string[]} args */
-const laglab = (args) => spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+const laglab = (args) => spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 600000 });
 
 /** @param {string[]} args */
 function good(args) {

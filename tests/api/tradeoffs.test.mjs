@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
 import { readLink } from '../../www/js/base/link.js';
-import { client, pause, waitFor } from '../lib/client.mjs';
+import { client, HANG_MS, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const T = '/api/v1/tradeoffs';
@@ -20,7 +20,7 @@ after(async () => {
 
 /** @param {string[]} args */
 function laglab(args) {
-  const { status, stdout, stderr } = spawnSync(BINARY, args, { encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+  const { status, stdout, stderr } = spawnSync(BINARY, args, { encoding: 'utf8', maxBuffer: 1 << 28, timeout: 600000 });
   assert.equal(status, 0, stderr);
   return JSON.parse(stdout);
 }
@@ -42,7 +42,7 @@ const ended = (self, client_ = c) =>
       return json.state !== 'running' && json;
     },
     'the measurement',
-    30000,
+    10 * HANG_MS,
   );
 
 /** @param {any} body */

@@ -8,6 +8,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { waitFor } from '../lib/client.mjs';
 import { BINARY } from '../lib/daemon.mjs';
+import { stored } from '../lib/store.mjs';
 
 const RUNS = 1200;
 
@@ -20,7 +21,7 @@ const checksum = (/** @type {string} */ name) =>
 
 /** @param {string[]} args */
 function good(...args) {
-  const { status, stdout, stderr } = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 120000 });
+  const { status, stdout, stderr } = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 600000 });
   assert.equal(status, 0, `laglab ${args.join(' ')}: ${stderr}`);
   return stdout;
 }
@@ -35,19 +36,6 @@ const outcome = (...args) =>
     });
     child.once('close', (status) => resolve({ status: status ?? -1, stderr }));
   });
-
-/** Waits until some rows of a sweep are in its store, whose log each transaction changes. @param {string} name */
-async function stored(name) {
-  const changed = () => statSync(file(`${name}.runs-wal`), { throwIfNoEntry: false })?.mtimeMs ?? 0;
-  let times = 0,
-    last = 0;
-  await waitFor(() => {
-    const now = changed();
-    if (now > last) times++;
-    last = now;
-    return times > 3;
-  }, 'rows in the store');
-}
 
 /** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
 function writeOrbits(name, runs, dt_s = 0.001) {
@@ -103,7 +91,7 @@ test('the same from shards, one of which was killed', async () => {
   const shards = [1, 2, 3].map((i) => `shard${i}.csv`),
     command = (/** @type {number} */ i) => ['sweep', 'orbits.json', '--shard', `${i + 1}/3`, '--out', shards[i]];
   const killed = spawn(BINARY, command(1), { cwd: folder, stdio: 'ignore' });
-  await stored('shard2.csv');
+  await stored(file('shard2.csv'));
   killed.kill('SIGKILL');
   for (let i = 0; i < 3; i++) good(...command(i));
   good('merge', 'orbits.json', ...shards, '--out', 'merged.csv');
@@ -142,7 +130,7 @@ test('a sweep whose output is on a network file system goes on after it was kill
   if (await Promise.race([ended, waitFor(mounted, 'the mount').then(() => false)])) return t.skip(`no FUSE here: ${errors.trim()}`);
   // The process that waits for the file system must not be the one that serves it.
   const sweep = spawn(BINARY, ['sweep', 'orbits.json', '--out', 'far/net.csv'], { cwd: folder, stdio: 'ignore' });
-  await stored('near/net.csv');
+  await stored(file('near/net.csv'));
   const killed = new Promise((resolve) => sweep.once('close', resolve));
   sweep.kill('SIGKILL');
   assert.equal(await killed, null);
@@ -156,7 +144,7 @@ test('a full or read-only store is reported, and finished runs are not lost', {
   skip: process.getuid() !== 0 && 'mounting needs root',
 }, (t) => {
   const disk = file('disk'),
-    on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
+    on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 600000 });
   mkdirSync(disk);
   const experiment = `../${writeOrbits('small.json', 3000)}`;
   try {

@@ -241,7 +241,7 @@ test('a file of keys that is wrong ends the start with the line', () => {
   ]);
   for (const [text, words] of files) {
     const args = ['serve', '--listen', '127.0.0.1:0', '--data', 'memory', '--class-key-file', file('wrong', text)];
-    const ended = spawnSync(BINARY, args, { encoding: 'utf8', timeout: 60000 });
+    const ended = spawnSync(BINARY, args, { encoding: 'utf8', timeout: 600000 });
     assert.equal(ended.status, 2, text.slice(0, 80));
     assert.match(ended.stderr, words);
     assert.ok(!ended.stderr.includes(NORTH) && !ended.stderr.includes('secret-word'), 'no key is repeated');

@@ -16,7 +16,7 @@ export PATH=$PWD/bin:$PATH:/usr/sbin:/sbin HOME=$PWD/over/home
 ip addr add 192.168.7.9/32 dev lo
 for i in 1 2 9; do ip addr add 10.0.0.$i/32 dev lo; done
 J='Content-Type: application/json' H=http://127.0.0.1:8080 RACE='{"scenario":"race"}'
-ready() { for i in $(seq 200); do curl -sfo /dev/null "http://\${1:-127.0.0.1:8080}/readyz" && return; sleep 0.05; done
+ready() { for i in $(seq 1200); do curl -sfo /dev/null "http://\${1:-127.0.0.1:8080}/readyz" && return; sleep 0.05; done
   cat err >&2; exit 1; }
 code() { curl -s -o /dev/null -w '%{http_code} ' "$@"; }
 field() { sed 's/.*"'$1'":"\\([^"]*\\)".*/\\1/'; }

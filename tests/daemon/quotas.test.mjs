@@ -170,11 +170,7 @@ test('limits of experiments per client and of results by size; an endless experi
     assert.match(third.json.detail, /Limit of 2 experiments of one address/);
     assert.equal((await s.call('DELETE', `${E}/${first.id}`, { key: first.owner_key })).status, 204);
     const long = (await make({ repeats: 5000, set: { duration_s: 600, warmup_s: 0 } })).json;
-    await waitFor(
-      async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled',
-      'the end of the one that runs for too long',
-      20000,
-    );
+    await waitFor(async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled', 'the end of the one that runs for too long');
   });
 });
 

@@ -26,7 +26,7 @@ test('a name that is none is refused', () => {
   for (const name of ['A', 'no', 'a-b', 'abcde']) {
     const { status, stderr } = spawnSync(BINARY, ['serve', '--shard', name, '--data', 'memory', '--listen', '127.0.0.1:0'], {
       encoding: 'utf8',
-      timeout: 60000,
+      timeout: 600000,
     });
     assert.equal(status, 2, stderr);
     assert.match(stderr, /shard/);

@@ -23,7 +23,7 @@ const remove = (name) => rmSync(name, { recursive: true, force: true });
 function refusal(data, ...args) {
   const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], {
     encoding: 'utf8',
-    timeout: 60000,
+    timeout: 600000,
   });
   assert.equal(stdout, '');
   return {
@@ -151,7 +151,7 @@ test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a smal
     await daemon.kill();
     const told = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', path.join(disk, 'new')], {
       encoding: 'utf8',
-      timeout: 60000,
+      timeout: 600000,
     });
     assert.equal(told.status, 1);
     assert.match(told.stderr, /laglab: .*(cannot be made|No space left)/);
@@ -358,7 +358,7 @@ test('without a folder sessions are kept in memory', async (t) => {
 });
 
 test('options: a wrong one exits 2 with a message, --help lists all', () => {
-  const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 60000 });
+  const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 600000 });
   /** @type {[string[], string][]} */
   const wrong = [
     [['--nonsense', '1'], 'unknown option --nonsense'],

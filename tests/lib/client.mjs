@@ -150,21 +150,24 @@ export async function waitFor(test, what = 'it', ms = HANG_MS) {
 
 export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-/** Sends bytes on a connection of its own and gives what came until it was closed or `ms` passed.
+/** Sends bytes on a connection of its own and gives what came until it was closed, `until` takes it or `ms` passed.
  * @returns {Promise<{text: string, closed: boolean, ms: number}>} */
-export function raw(at, bytes, ms = 3000, host = '127.0.0.1') {
+export function raw(at, bytes, ms = 3000, until = (/** @type {string} */ _) => /** @type {boolean} */ (false)) {
   return new Promise((resolve) => {
     const begun = performance.now();
-    const parts = [];
-    const socket = typeof at === 'number' ? net.connect(at, host) : at;
+    let text = '';
+    const socket = typeof at === 'number' ? net.connect(at, '127.0.0.1') : at;
     socket.write(bytes);
     const end = (closed) => {
       clearTimeout(timer);
       socket.destroy();
-      resolve({ text: Buffer.concat(parts).toString('latin1'), closed, ms: performance.now() - begun });
+      resolve({ text, closed, ms: performance.now() - begun });
     };
     const timer = setTimeout(() => end(false), ms);
-    socket.on('data', (part) => parts.push(part));
+    socket.on('data', (/** @type {Buffer} */ part) => {
+      text += part.toString('latin1');
+      if (until(text)) end(false);
+    });
     socket.on('error', () => end(true));
     socket.on('close', () => end(true));
   });

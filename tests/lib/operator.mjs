@@ -71,11 +71,12 @@ export function workplace() {
       timeout: 600000,
       maxBuffer: 1 << 24,
     });
-  const probe = sealed('true');
+  const probe = sealed('touch /etc/hosts /var/lib/laglab-probe && ip addr add 10.0.0.1/32 dev lo && install -d -o nobody probe');
   return {
     sealed,
     /** Why nothing can be run here; false: it can. @type {string | false} */
-    skip: probe.status !== 0 && `no namespaces or overlays here: ${probe.error?.message ?? probe.stderr.trim().split('\n')[0]}`,
+    skip:
+      probe.status !== 0 && `no namespaces, overlays or root's rights here: ${probe.error?.message ?? probe.stderr.trim().split('\n')[0]}`,
     end: () => rmSync(folder, { recursive: true, force: true }),
   };
 }
