@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
-import { client, pause, waitFor } from '../lib/client.mjs';
+import { client, HANG_MS, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const E = '/api/v1/experiments';
@@ -42,7 +42,7 @@ const ended = (/** @type {string} */ id, who = c) =>
       return now.state === 'done' && now;
     },
     'the experiment',
-    60000,
+    10 * HANG_MS,
   );
 
 /** What the command line makes of the same experiment. */
@@ -215,8 +215,10 @@ test('pause holds it, resume lets it go on, cancel keeps its rows', async () => 
   assert.deepEqual([held.state, held.rate_per_s, held.left_s], ['paused', 0, null]);
   assert.equal((await control('resume')).json.state, 'running');
   await waitFor(async () => (await state(made.id)).done > held.done, 'more rows');
-  const moving = await state(made.id);
-  assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
+  await waitFor(async () => {
+    const moving = await state(made.id);
+    return moving.rate_per_s > 0 && moving.left_s > 0;
+  }, 'its rate');
   assert.equal((await control('cancel')).json.state, 'cancelled');
   assert.equal((await control('resume')).status, 409);
   const rows = (await c.get(`${E}/${made.id}/results`)).text.split('\r\n').length - 2;

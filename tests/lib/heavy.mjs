@@ -272,7 +272,7 @@ export async function prepare(url, runs = 2000) {
   const board = await must(200, 'PUT', `/api/v1/classes/${opened.id}/board`, { key: opened.teacher_key, body: { scenario: 'race' } });
   const member = await must(201, 'POST', `/api/v1/classes/${opened.id}/members`, { body: { role: 'watch' } });
   (await c.attend(opened.id)).say({ auth: member.token }); // stays a member as long as this is open: until the daemon ends
-  await waitFor(async () => (await c.get(`/api/v1/experiments/${experiment.id}`)).json.state === 'done', 'the experiment', 240000);
+  await waitFor(async () => (await c.get(`/api/v1/experiments/${experiment.id}`)).json.state === 'done', 'the experiment', 600000);
   c.close();
   return { pool, played, motion, old, logged, experiment, advice, tradeoff, class: opened, board, member };
 }

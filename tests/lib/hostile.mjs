@@ -47,7 +47,7 @@ export async function prepare(url, runs = 20000) {
     })
   ).json;
   if (!experiment.id) throw new Error(`no experiment: ${JSON.stringify(experiment)}`);
-  await waitFor(async () => (await c.get(`/api/v1/experiments/${experiment.id}`)).json.state === 'done', 'the experiment', 240000);
+  await waitFor(async () => (await c.get(`/api/v1/experiments/${experiment.id}`)).json.state === 'done', 'the experiment', 600000);
   c.close();
   return { pool, slow, old, experiment };
 }
