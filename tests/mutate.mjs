@@ -1,6 +1,7 @@
 // Mutation testing: `./dev mutate N SEED` draws N places of src, changes one line at a time, and says which test notices.
 //
 //   node tests/mutate.mjs N SEED [--jobs=2] [--list]        --list only prints what would be tried
+//   --near                                                  only short tests of the room; those from outside where it has none
 //   node tests/mutate.mjs --again=FILE [--result=survived]  tries the lines of an earlier table again, where they still stand
 //
 // The tree is not touched: each job has a copy of its own in build/mutants, with a build at -O1. For each mutant run the tests of its
@@ -326,8 +327,8 @@ class Copy {
 }
 
 /** The tests of a file, in steps: {targets to build, tests}. Of the rooms above those of the engine count, without their longest tests.
- * @param {Copy} copy @param {string} file @param {import('./structure/rooms.mjs').Rooms} rooms */
-function steps(copy, file, rooms) {
+ * @param {Copy} copy @param {string} file @param {import('./structure/rooms.mjs').Rooms} rooms @param {boolean} near */
+function steps(copy, file, rooms, near) {
   const room = roomOf(file),
     top = (name) => name.split('/')[0],
     above = [...rooms.may.keys()].filter(
@@ -345,10 +346,11 @@ function steps(copy, file, rooms) {
     .map((name) => ({ name, outside: true, command: [execPath, '--test', `tests/${name}.test.mjs`], env: {} }))
     .filter((one) => existsSync(path.join(copy.root, one.command[2])));
   const targets = (names) => [...names].filter((name) => name !== 'oracle' && labelled(name).length > 0).map((name) => `tests_${name}`);
+  const own = labelled(room).filter((one) => !near || !one.long);
   return [
-    { targets: targets([room]), tests: labelled(room) },
-    { targets: targets(upper), tests: higher },
-    { targets: ['api', ...(room === 'embed' ? ['liblaglab', 'www'] : [])], tests: outside },
+    { targets: targets([room]), tests: own },
+    { targets: targets(upper), tests: near ? [] : higher },
+    { targets: ['api', ...(room === 'embed' ? ['liblaglab', 'www'] : [])], tests: near && own.length > 0 ? [] : outside },
   ].filter(({ tests }) => tests.length > 0);
 }
 
@@ -366,8 +368,9 @@ class Known {
 }
 
 /** Tries one mutant.
- * @param {Copy} copy @param {ReturnType<typeof mutant>} one @param {import('./structure/rooms.mjs').Rooms} rooms @param {Known} known */
-async function attempt(copy, one, rooms, known) {
+ * @param {Copy} copy @param {ReturnType<typeof mutant>} one @param {import('./structure/rooms.mjs').Rooms} rooms @param {Known} known
+ * @param {boolean} near only short tests of the room itself */
+async function attempt(copy, one, rooms, known, near) {
   const file = path.join(copy.root, one.file),
     original = readFileSync(file, 'utf8'),
     begin = Date.now();
@@ -390,12 +393,14 @@ async function attempt(copy, one, rooms, known) {
   };
   writeFileSync(file, one.text);
   try {
-    const built = await copy.ninja(one.room === 'embed' ? ['laglab', 'liblaglab'] : ['laglab']);
-    if (built.status !== 0) return outcome('not built');
+    const all = steps(copy, one.file, rooms, near),
+      [first] = all;
+    const made = one.room === 'embed' ? ['laglab', 'liblaglab'] : first.targets.includes(`tests_${one.room}`) ? first.targets : ['laglab'];
+    if ((await copy.ninja(made)).status !== 0) return outcome('not built');
     if (copy.changedObjects(begin - 1000).every(([name, hash]) => copy.objects.get(name) === hash)) return outcome('same code');
     const time = (test) => known.seconds.get(test.name) ?? (test.long ? 60 : 1);
-    for (const { targets, tests } of steps(copy, one.file, rooms)) {
-      if ((await copy.ninja(targets)).status !== 0) return outcome('caught', 'the build');
+    for (const { targets, tests } of all) {
+      if (targets !== made && (await copy.ninja(targets)).status !== 0) return outcome('caught', 'the build');
       for (const test of tests.sort((a, b) => time(a) - time(b))) {
         if (known.fails.has(test.name)) continue;
         const by = await fails(test);
@@ -434,7 +439,7 @@ async function main() {
     option = (name, fallback) => options.find((word) => word.startsWith(`--${name}=`))?.replace(/^[^=]*=/, '') ?? fallback;
   const again = option('again', ''),
     jobs = Number(option('jobs', Math.min(2, availableParallelism())));
-  const strange = options.filter((word) => !/^--(?:list|jobs=[12]|again=.+|result=.*)$/.test(word));
+  const strange = options.filter((word) => !/^--(?:list|near|jobs=[12]|again=.+|result=.*)$/.test(word));
   if (strange.length > 0 || (again === '' && !(Number.isInteger(count) && count > 0 && Number.isInteger(seed) && seed >= 0))) {
     console.error(`mutate takes N (1 or more) and SEED (0 or more), or --again=FILE; got ${argv.slice(2).join(' ') || 'nothing'}`);
     process.exit(2);
@@ -466,7 +471,7 @@ async function main() {
       await (ready = ready.then(() => copy.prepare()));
       for (let room = slots.shift(); room !== undefined; room = slots.shift())
         for (let one = next(room), done = false; one && !done; one = done ? one : next(room)) {
-          const row = { ...one, ...(await attempt(copy, one, rooms, known)) };
+          const row = { ...one, ...(await attempt(copy, one, rooms, known, options.includes('--near'))) };
           rows.push(row);
           appendFileSync(table, csvRow(row));
           process.stdout.write(csvRow(row));

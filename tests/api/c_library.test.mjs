@@ -89,7 +89,8 @@ test('errors, time, changes and documents', async () => {
     error = (name) => said.get(name).error;
   assert.match((await run(BINARY, ['--version'])).stdout, new RegExp(`^laglab ${said.get('version').version.replace('+', '\\+')}$`, 'm'));
 
-  assert.deepEqual(['syntax', 'kind', 'range', 'unknown'].map(code), [1, 1, 1, 2]);
+  assert.deepEqual(['syntax', 'kind', 'range', 'unknown', 'unreadable'].map(code), [1, 1, 1, 2, 6]);
+  assert.match(error('unreadable'), /^cannot read .*folder\.json$/);
   assert.match(error('syntax'), /^not valid JSON: line 1/);
   assert.match(error('kind'), /^kind: must be one of/);
   assert.match(error('range'), /^duration_s: must be .*; got -3/);

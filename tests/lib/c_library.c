@@ -64,6 +64,9 @@ int main(int argc, char **argv)
     laglab_code code = laglab_open_named(argv[1], "nothing", NULL, &run);
     say("unknown", run, code);
     laglab_close(run);
+    code = laglab_open_named(argv[2], "folder", NULL, &run); /* a file that cannot be read */
+    say("unreadable", run, code);
+    laglab_close(run);
     laglab_close(NULL);
 
     const char *const sets[] = {"players.0.control=person", "duration_s=6", "seed=9", NULL};

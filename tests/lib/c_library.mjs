@@ -1,6 +1,6 @@
 // The C library as a course has it: installed into a folder, and linked by pkg-config.
 import { execFile } from 'node:child_process';
-import { mkdtempSync, readdirSync, rmSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -23,6 +23,7 @@ export async function install() {
     return stdout.trim().split(/\s+/);
   };
   const [scenarios] = await pkgConfig('--variable=scenarios');
+  mkdirSync(path.join(folder, 'folder.json')); // opens as a file, and cannot be read
   const source = fileURLToPath(new URL('c_library.c', import.meta.url));
   await run('cc', [...WARNINGS, '-g', '-o', program, source, ...(await pkgConfig('--cflags', '--libs'))]);
   return {
@@ -33,7 +34,7 @@ export async function install() {
     pkgConfig,
     /** What the program of c_library.c prints, by name. @param {string[]} [before] @param {Record<string, string>} [more] */
     async everything(before = [], more = {}) {
-      const [command, ...args] = [...before, program, scenarios];
+      const [command, ...args] = [...before, program, scenarios, folder];
       const { stdout } = await run(command, args, { env: { ...environment, ...more }, maxBuffer: 1 << 24 });
       const said = stdout
         .trim()

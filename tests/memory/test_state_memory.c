@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -64,11 +65,37 @@ static void a_block_larger_than_a_region_is_there_too(void **state)
     ll_state_memory_free(NULL);
 }
 
+/* Pages of address space of this process. */
+static long pages_mapped(void)
+{
+    long pages = 0;
+    FILE *f = fopen("/proc/self/statm", "r");
+    assert_non_null(f);
+    assert_int_equal(fscanf(f, "%ld", &pages), 1);
+    fclose(f);
+    return pages;
+}
+
+static void what_is_free_is_mapped_no_more(void **state)
+{
+    (void)state;
+    enum { EACH = 3 << 20, COUNT = 400, PAGE = 4096 };
+    static void *block[COUNT];
+    long before = pages_mapped();
+    for (int i = 0; i < COUNT; i++)
+        assert_non_null(block[i] = ll_state_memory_new(EACH));
+    assert_true(pages_mapped() - before >= (long)COUNT * (EACH / PAGE));
+    for (int i = 0; i < COUNT; i++)
+        ll_state_memory_free(block[i]);
+    assert_true(pages_mapped() - before < (long)COUNT * (EACH / PAGE) / 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_do_not_overlap_whatever_is_freed_between),
         cmocka_unit_test(a_block_larger_than_a_region_is_there_too),
+        cmocka_unit_test(what_is_free_is_mapped_no_more),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

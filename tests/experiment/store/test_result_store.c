@@ -14,6 +14,7 @@
 
 #include "experiment/format/table.h"
 #include "experiment/spec/shard.h"
+#include "experiment/store/read_only.h"
 #include "experiment/store/result_store.h"
 #include "support/near.h"
 
@@ -499,6 +500,17 @@ static void intervals_are_students(void **state)
     }
 }
 
+/* A path of signs that are escaped, each as three, longer than any that is opened. */
+static void a_path_without_end_is_not_opened(void **state)
+{
+    (void)state;
+    static char path[20000];
+    memset(path, '%', sizeof path - 1);
+    sqlite3 *db = NULL;
+    assert_false(ll_open_read_only(path, &db));
+    sqlite3_close(db);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -519,6 +531,7 @@ int main(void)
         cmocka_unit_test(shards_share_all_runs),
         cmocka_unit_test(engines_tell_their_index),
         cmocka_unit_test(intervals_are_students),
+        cmocka_unit_test(a_path_without_end_is_not_opened),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
