@@ -884,6 +884,34 @@ function held(name, command, body) {
 
 const sum = (/** @type {any[]} */ rows, /** @type {string} */ name) => rows.reduce((total, row) => total + Number(row[name]), 0);
 
+function mutantsDoc() {
+  const file = 'tests/mutants.csv',
+    { comments, rows } = parseCsv(read(file)),
+    of = Object.fromEntries(comments),
+    drawn = rows.filter((row) => row.origin === 'drawn');
+  const line = (/** @type {string} */ name, /** @type {any[]} */ group) => [
+    name,
+    group.length,
+    group.filter((row) => row.result === 'caught').length,
+    group.filter((row) => row.now.startsWith('test')).length,
+    group.filter((row) => row.now.startsWith('equivalent')).length,
+    group.filter((row) => row.now.startsWith('open')).length,
+  ];
+  const rooms = [...new Set(drawn.map((row) => row.room))].sort();
+  return `${table(
+    ['Room', 'Mutants', 'Caught at first', 'Caught by a test that was added', 'Equivalent', 'Open'],
+    [
+      ...rooms.map((room) =>
+        line(
+          code(room),
+          drawn.filter((row) => row.room === room),
+        ),
+      ),
+      line('All', drawn),
+    ],
+  )}\n\n[All rows](../${file}). Repeat: \`${of.command}\`, on commit ${of.commit}.`;
+}
+
 function killsDoc() {
   return held('kills', 'bench/run kills', (rows) =>
     table(
@@ -1263,6 +1291,7 @@ export function generate(binary) {
     [
       'docs/trust.md',
       filled('docs/trust.md', {
+        mutants: mutantsDoc(),
         kills: killsDoc(),
         full: fullDoc(),
         soak: soakDoc(),

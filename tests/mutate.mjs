@@ -415,7 +415,7 @@ async function attempt(copy, one, rooms, known, near) {
 
 /** The lines of an earlier table, where they stand now. */
 function earlier(file, wanted) {
-  const [head, ...rows] = parseCsv(readFileSync(file, 'utf8'));
+  const [head, ...rows] = parseCsv(readFileSync(file, 'utf8').replace(/^(?:# .*\n)*/, ''));
   return rows
     .map((row) => Object.fromEntries(head.map((name, i) => [name, row[i]])))
     .filter((row) => wanted === '' || row.result === wanted)

@@ -1,4 +1,4 @@
-/* Lines of the log are JSON, whatever the text has. */
+/* A line of the log is JSON with every text. */
 #include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
