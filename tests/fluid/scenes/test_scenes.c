@@ -187,6 +187,12 @@ static void a_seas_numbers_are_those_of_the_heights_that_are_drawn(void **state)
                 1e-6);
     assert_between("a share", tank_number(&t, "wind_sea_share_in_box"), 0.1, 1);
     free(values);
+    float *body = layer_of(&t, "body", &width, &height); /* x, z, y, pitch, roll */
+    assert_near(tank_number(&t, "body_y_m"), body[2], 1e-6);
+    assert_near(tank_number(&t, "body_pitch_rad"), body[3], 1e-6);
+    assert_near(tank_number(&t, "body_roll_rad"), body[4], 1e-6);
+    assert_true(fabs((double)(body[3] - body[4])) > 1e-3 && fabs((double)body[4]) > 1e-3);
+    free(body);
     tank_close(&t);
 }
 

@@ -564,6 +564,40 @@ static void measures_are_sums_over_the_bodies(void **state)
     ll_session_destroy(s);
 }
 
+/* What swings comes back, so that now and the worst are not the same. */
+static void the_worst_is_that_of_all_steps(void **state)
+{
+    (void)state;
+    static const char *const names[][2] = {
+        {"drift_m", "drift_worst_m"},
+        {"sag_m", "sag_worst_m"},
+        {"tilt_rad", "tilt_worst_rad"},
+        {"joint_error", "joint_error_worst"},
+    };
+    enum { NAMES = sizeof names / sizeof names[0] };
+    ll_session *s =
+        session_of("{\"kind\":\"rigid\",\"duration_s\":5,\"gravity\":[0,-10],\"bodies\":["
+                   "{\"type\":\"static\",\"size\":[0.1,0.1]},{\"size\":[0.2,0.2],\"position\":[2,0]}],"
+                   "\"joints\":[{\"type\":\"revolute\",\"a\":0,\"b\":1,\"anchor_b\":[-2,0]}]}");
+    double worst[NAMES] = {0};
+    int below[NAMES] = {0};
+    for (int64_t tick = 1; tick <= 240; tick++) {
+        run_to(s, tick);
+        cJSON *report = ll_session_metrics(s), *metrics = cJSON_GetObjectItem(report, "metrics");
+        for (int i = 0; i < NAMES; i++) {
+            double now = number_in(metrics, names[i][0]);
+            worst[i] = larger(worst[i], now);
+            below[i] += now < worst[i] / 2;
+            assert_near(number_in(metrics, names[i][1]), worst[i], 1e-6 * worst[i] + 1e-15);
+        }
+        cJSON_Delete(report);
+    }
+    for (int i = 0; i < NAMES; i++)
+        if (below[i] <= 10)
+            fail_msg("%s: %g at worst, and seldom below half of it", names[i][0], worst[i]);
+    ll_session_destroy(s);
+}
+
 /* Counted by looking after each step; and the depths of a pyramid that sinks and sleeps. */
 static void sleep_and_depth_are_those_of_the_steps(void **state)
 {
@@ -638,6 +672,7 @@ int main(void)
         cmocka_unit_test(a_lost_body_stops_the_session),
         cmocka_unit_test(the_bodies_that_are_awake_are_those_counted),
         cmocka_unit_test(measures_are_sums_over_the_bodies),
+        cmocka_unit_test(the_worst_is_that_of_all_steps),
         cmocka_unit_test(sleep_and_depth_are_those_of_the_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
