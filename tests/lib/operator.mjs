@@ -71,7 +71,7 @@ export function workplace() {
       timeout: 600000,
       maxBuffer: 1 << 24,
     });
-  const probe = sealed('touch /etc/hosts /var/lib/laglab-probe && ip addr add 10.0.0.1/32 dev lo && install -d -o nobody probe');
+  const probe = sealed('touch /etc/hosts /var/lib/laglab-probe && ip addr add 10.0.0.1/32 dev lo && install -d -o daemon probe');
   return {
     sealed,
     /** Why nothing can be run here; false: it can. @type {string | false} */
