@@ -190,7 +190,7 @@ static double brute_force(const ll_experiment *e, const measured *all, double ma
     double least = INFINITY;
     for (int64_t p = 0; p < e->points; p++) {
         if (all[p].error + all[p].half <= max_error)
-            least = fmin(least, all[p].cost);
+            least = smaller(least, all[p].cost);
     }
     return least;
 }

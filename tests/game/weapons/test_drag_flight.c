@@ -228,7 +228,7 @@ static void parts_of_a_flight_meet_what_the_whole_meets(void **state)
 /* How far outside of a box, at most. */
 static double outside(const ll_box *box, ll_point p)
 {
-    return fmax(fmax(box->x_min - p.x, p.x - box->x_max), fmax(box->y_min - p.y, p.y - box->y_max));
+    return larger(larger(box->x_min - p.x, p.x - box->x_max), larger(box->y_min - p.y, p.y - box->y_max));
 }
 
 /* Against fine steps along the flight: cover, the sides and the ground. Steps that no flight of at most 100
@@ -252,16 +252,16 @@ static void ends_at_cover_and_ground(void **state)
         double s = 0;
         while (want == LL_MET_NOTHING && s < 20) {
             ll_point p = ll_flight_at(&f, s);
-            double free = fmin(60 - p.x, p.y + 1);
+            double free = smaller(60 - p.x, p.y + 1);
             if (free < 0)
                 want = LL_MET_BOUNDS;
             for (int k = 0; k < 2; k++) {
                 double gap = outside(&arena.cover[k], p);
                 if (gap < 0 && want == LL_MET_NOTHING)
                     want = LL_MET_COVER;
-                free = fmin(free, gap);
+                free = smaller(free, gap);
             }
-            s += fmax(1, floor(free / 100 * 4096)) / 4096;
+            s += larger(1, floor(free / 100 * 4096)) / 4096;
         }
         met[want]++;
         bool clipped = hit.met == LL_MET_COVER && hit.s < s - 3.0 / 4096; /* a corner, between two steps */

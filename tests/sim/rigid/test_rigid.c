@@ -632,7 +632,7 @@ static void the_bodies_that_are_awake_are_those_counted(void **state)
 {
     (void)state;
     ll_session *s = library("rigid/domino"); /* stones wake one after the other */
-    int most = 0;
+    int most_awake = 0;
     for (int64_t tick = 0; tick <= 300; tick += 30) {
         run_to(s, tick);
         cJSON *report = ll_session_metrics(s), *metrics = cJSON_GetObjectItem(report, "metrics"), *body;
@@ -644,10 +644,10 @@ static void the_bodies_that_are_awake_are_those_counted(void **state)
         }
         assert_true(awake < bodies); /* the floor never is */
         assert_int_equal(awake, (int)cJSON_GetObjectItem(metrics, "awake")->valuedouble);
-        most = awake > most ? awake : most;
+        most_awake = awake > most_awake ? awake : most_awake;
         cJSON_Delete(report);
     }
-    assert_true(most >= 10);
+    assert_true(most_awake >= 10);
     ll_session_destroy(s);
 }
 
