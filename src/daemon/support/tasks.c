@@ -13,8 +13,9 @@
 #include "threads/clock.h"
 
 enum {
-    SLICE_NS = 10000000,
-    OVERDUE_NS = 50000000, /* after that time without a yield a task loses its turn */
+    SLICE_NS = 10000000,   /* of processor time: on a busy machine turns are as fair as on an idle one */
+    OVERDUE_NS = 50000000, /* after that processor time without a yield a task loses its turn */
+    STUCK_NS = 1000000000, /* and after that time, in which it waits for something */
     LOOK_NS = 20000000,
     MOST = 512,           /* tasks, started or not, of clients with many */
     MOST_OF_CLIENT = 128, /* of one client */
@@ -49,8 +50,10 @@ struct ll_task {
     task_state state;
     bool started; /* has a thread, or a thread is being made for it */
     uint64_t turn;
-    int64_t since;    /* when it began to wait, or its slice began */
-    int64_t cpu_from; /* processor time of its thread at the start of the slice */
+    int64_t since;      /* when it began to wait, or its slice began */
+    int64_t cpu_from;   /* processor time of its thread at the start of the task */
+    int64_t slice_from; /* and of the slice */
+    clockid_t clock;    /* of that time */
     pthread_cond_t its_turn;
     atomic_int ending;
 };
@@ -179,7 +182,8 @@ static ll_task *take(ll_tasks *p)
     if (!t)
         return NULL;
     t->state = RUNNING;
-    t->cpu_from = ll_thread_cpu_ns();
+    t->cpu_from = t->slice_from = ll_thread_cpu_ns();
+    pthread_getcpuclockid(pthread_self(), &t->clock);
     LL_ASSERT(p->starting > 0);
     p->starting--;
     return t;
@@ -246,6 +250,17 @@ static void *run_tasks(void *argument)
     return NULL;
 }
 
+/* Only a task that computes, or waits for something, is overdue: not one from which a busy machine took the
+ * processor. */
+static bool is_overdue(const ll_task *t, int64_t now)
+{
+    struct timespec used;
+    if (t->state != RUNNING || now - t->since < OVERDUE_NS)
+        return false;
+    return now - t->since > STUCK_NS || clock_gettime(t->clock, &used) != 0 ||
+           used.tv_sec * INT64_C(1000000000) + used.tv_nsec - t->slice_from > OVERDUE_NS;
+}
+
 /* A task that does not yield for longer than a slice, as in a tick of a large grid, loses its turn, so that
  * others can run: it continues in parallel, and the system shares the processors. */
 static void *watch_slices(void *argument)
@@ -257,7 +272,7 @@ static void *watch_slices(void *argument)
         int64_t now = ll_now_ns();
         struct timespec deadline = ll_deadline(CLOCK_MONOTONIC, LOOK_NS);
         for (ll_task *t = p->first; t; t = t->next) {
-            if (t->state != RUNNING || now - t->since < OVERDUE_NS)
+            if (!is_overdue(t, now))
                 continue;
             end_turn(p, t);
             t->state = OVERDUE;
@@ -287,6 +302,7 @@ static void wait_for_turn(ll_task *t)
             pthread_cond_wait(&t->its_turn, &p->lock);
     }
     t->since = ll_now_ns();
+    t->slice_from = ll_thread_cpu_ns();
     pthread_mutex_unlock(&p->lock);
 }
 
@@ -302,7 +318,7 @@ bool ll_task_yield(ll_task *t)
         ll_task_stop(t, LL_TASK_OVER_BUDGET);
     if (ll_task_end_reason(t) != LL_TASK_RUNNING)
         return false;
-    if (ll_now_ns() - t->since > SLICE_NS)
+    if (ll_thread_cpu_ns() - t->slice_from > SLICE_NS)
         wait_for_turn(t);
     return ll_task_end_reason(t) == LL_TASK_RUNNING;
 }

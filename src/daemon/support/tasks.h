@@ -2,11 +2,11 @@
  *
  * A task belongs to a client and a session, has a budget of processor time, and can be stopped from outside.
  * Tasks run on threads of their own, at a lower priority than the threads that answer and stream, and only as
- * many at once as there are turns. A task calls ll_task_yield every millisecond or so. When its slice is over
- * and others wait, it waits there for its next turn. A task that does not yield for long loses its turn and
- * continues in parallel. Turns rotate over the clients with tasks, within a client over its sessions, and
- * within a session over its tasks, so that a client with many tasks delays only itself. A client with few
- * tasks is never refused or kept waiting because others have many.
+ * many at once as there are turns. A task calls ll_task_yield every millisecond or so. When its slice, of
+ * processor time, is over and others wait, it waits there for its next turn. A task that does not yield for
+ * long loses its turn and continues in parallel. Turns rotate over the clients with tasks, within a client
+ * over its sessions, and within a session over its tasks, so that a client with many tasks delays only
+ * itself. A client with few tasks is never refused or kept waiting because others have many.
  *
  * A task is stopped by its budget, when its client disconnects, by the code that added it, or when the daemon
  * stops: then ll_task_yield is false, and ll_task_end_reason has the reason. A task must hold no lock when it
