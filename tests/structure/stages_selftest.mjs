@@ -92,7 +92,7 @@ try {
     await sleep(500);
     const then = readFileSync(join(root, file), 'utf8');
     await sleep(500);
-    assert.equal(readFileSync(join(root, file), 'utf8'), then, `${file} is written by nobody`);
+    assert.equal(readFileSync(join(root, file), 'utf8'), then, `${file} is not written any more`);
   };
   const beside = run(`
     one() { stage "one" one eval "${alive.replaceAll('"', '\\"').replace('$1', '\\$1')} left & sleep 1"; stage "two" one true; }
