@@ -15,9 +15,9 @@ set(test_options $<$<NOT:$<CONFIG:Debug>>:-O1> $<$<C_COMPILER_ID:GNU>:-Wno-maybe
 set(tests_of_all experiment.interval_coverage experiment.interval_runs experiment.until_coverage golden.aarch64 golden.riscv64 oracle.netgame_more
     sim.outages_many)
 # Seconds of the longest, which begin first, so that no core is idle at the end.
-set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 experiment.advise 13
-    sim.peers 10 experiment.interval_runs 8 experiment.until_coverage 8 rigid.team 8 daemon.web_server_stream 7 golden.golden_1 7 golden.golden_2 7
-    sim.outages_many 7 fluid.team 6 sim.detection 6)
+set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 daemon.web_server_stream 28 experiment.advise 20
+    sim.peers 15 rigid.team 13 sim.outages_many 12 experiment.interval_runs 8 experiment.until_coverage 8 fluid.team 8 golden.golden_1 7
+    golden.golden_2 7 sim.detection 6 oracle.netgame_more 6)
 
 file(GLOB support_sources CONFIGURE_DEPENDS ${tests_dir}/support/*.c)
 if(support_sources)
