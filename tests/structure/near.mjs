@@ -1,6 +1,6 @@
 // Refuses comparisons of real numbers that NaN passes, in the tests in C: node tests/structure/near.mjs ROOT
 // A failure behind `if (error > limit)` does not come for NaN; the worst of many errors by fmax or `x > worst ? x : worst` loses it.
-// tests/support/near.h has what fails. Whether an operand is real is told by its text: a literal with a point or an exponent, a
+// tests/support/near.h has what fails. Whether an operand is real follows from its text: a literal with a point or an exponent, a
 // function of math.h, or a name that the file declares as double or float. Integers and branches that do not fail are left alone.
 import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
