@@ -15,7 +15,6 @@ const LABEL_MAX = 36, // a line of the narrowest panel
   TIP_MAX = 72; // one line of a tooltip
 const RECORDS = ['views', 'buffers', 'measures', 'peers']; // of the page of a netgame
 const LABS = ['motion', 'rigid', 'fluid'];
-const GAMES = ['race', 'cannon', 'gambetta', 'shooter', 'crates', 'sea', 'dam', 'stack', 'swarm'];
 
 /** @typedef {{label: string, tip: string}} Entry */
 /** @typedef {{language: string, name: string, units: Record<string, string>, params: Record<string, Entry>, metrics: Record<string, Entry>,
@@ -41,7 +40,7 @@ function params() {
       const here = at ? `${at}.${name}` : name;
       const ref = row.$ref ?? row.items?.$ref;
       if (here === 'timeline' || here === 'expect') continue; // no value that a panel shows
-      if (row.anyOf) for (const game of GAMES) visit(schema.$defs[game], here);
+      if (row.anyOf) for (const game of node.properties.game.enum) visit(schema.$defs[game], here);
       else if (ref) visit(schema.$defs[ref.split('/').pop()], row.items ? `${here}.*` : here);
       else {
         const key = here.replace(/\.link\.(?:up|down)\./, '.link.*.');
