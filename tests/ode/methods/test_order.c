@@ -116,7 +116,7 @@ static const struct {
     {"ruth3",
      "kepler",
      4,
-     {1e-3, 1e-8}},                  /* its third-order error stays bounded, the fourth-order one grows */
+     {1e-3, 1e-8}},                     /* its third-order error stays bounded, the fourth-order one grows */
     {"dop853", "kepler", NONE, {0, 0}}, /* two terms of its error meet above the rounding */
     {"extrapolated_leapfrog", "kepler", 0, {1e-7, 1e-11}},
     {"ralston", "pendulum", 0, {1e-4, 1e-6}},
