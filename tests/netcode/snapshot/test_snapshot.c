@@ -493,6 +493,16 @@ static void impossible_differences_are_refused(void **state)
             ll_bits_put(&w, 0, 16);
         refused(&ll_codec_delta, bytes, w.count / 8, before, cases[i].self, cases[i].why);
     }
+    /* Behind an entity fewer are left. */
+    const ll_entity nothing = {0};
+    ll_bit_writer w = {.bytes = bytes, .capacity = 8 * sizeof bytes};
+    ll_put_exact(&w, &nothing);
+    ll_bits_put_number(&w, 6);
+    ll_bits_put(&w, 1, 1);
+    ll_put_exact(&w, &nothing);
+    ll_bits_put_number(&w, 34);
+    refused(&ll_codec_delta, bytes, (w.count + 7) / 8, before, 5,
+            "at most 33 entities can be skipped after 7 of 40; got 34");
     free(before);
 }
 
