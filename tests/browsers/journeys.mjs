@@ -10,7 +10,7 @@ import { api } from '../page/lib.mjs';
 
 const LAPTOP = { width: 1366, height: 768 },
   PHONE = { width: 500, height: 844 };
-const LATE_MS = 20000;
+const LATE_MS = 120000; /* ends what hangs */
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
 

@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { setTimeout as wait } from 'node:timers/promises';
 
-const START_MS = 20000;
+const START_MS = 120000; /* ends what hangs */
 /** The driver has no command for a page's console: the page notes what comes after it has loaded. */
 const LISTEN = `() => {
   const list = (globalThis.complaints = []);

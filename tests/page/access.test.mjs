@@ -34,7 +34,7 @@ for (const size of SIZES) {
   }
 
   test(`axe finds nothing in dialogs, tabs, notes and states at ${size.name}`, async () => {
-    const { page, close } = await visit(browser, daemon.url + join(size.query, 'scenario=race&seed=abc'), size);
+    const { page, close } = await visit(browser, daemon.url + join(size.query, 'scenario=race&seed=abc&set=duration_s:600'), size);
     assert.deepEqual(await axe(page), [], 'with a note');
     const leave = async () => {
       await page.keyboard.press('Escape');
@@ -219,7 +219,7 @@ test('announcements come at most once in two seconds', async () => {
   assert.ok(spoken.length >= 1, 'something is spoken');
   for (let i = 1; i < spoken.length; i++) assert.ok(spoken[i].at - spoken[i - 1].at > 1900, JSON.stringify(spoken));
   await runOn(page, 2.2); /* playing by itself says nothing more */
-  // A busy machine is told that it draws slowly.
+  // On a busy machine it also says that it draws slowly.
   const said = () => page.evaluate(() => globalThis.spoken.filter(({ text }) => !text.startsWith('Slow device')).length);
   const then = await said();
   await runOn(page, 2.2);

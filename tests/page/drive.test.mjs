@@ -45,7 +45,7 @@ const reaction = (page, player, code, key) =>
     /** @type {[number, string, string]} */ ([player, code, key]),
   );
 
-/** One place begins to move so much later than another; a car takes ticks to move visibly, a state waits for the next update.
+/** One place begins to move a lag later than another; a car takes ticks to move visibly, a state waits for the next update.
  * @param {Record<string, [number, number]>} seen @param {string} first @param {string} second @param {number} lag s */
 function later(seen, first, second, lag) {
   const least = seen[second][0] - seen[first][1],

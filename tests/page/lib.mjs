@@ -19,7 +19,7 @@ export const SIZES = [
 ];
 
 /** Makes races show: each part of the page that is asked for after it has loaded comes that many ms late. A test that fails by it alone
- * reads what is not there yet, and would fail on a busy machine now and then. Budgets of time do not hold with it. */
+ * reads what is not there yet, and would fail on a busy machine now and then. */
 const SLOW_MS = Number(process.env.LAGLAB_PAGE_SLOW_MS ?? 0);
 
 /** @param {import('playwright-core').BrowserContext} context */
@@ -154,7 +154,7 @@ export async function pause(page) {
  * @param {import('playwright-core').Page} page @param {'forward' | 'back'} way */
 export const stepOnce = (page, way) => button(page, `One tick ${way}`).press('Enter');
 
-/** So many refreshes of the display: a fixed part of what a page can do, however busy the machine is, for what is to have settled and for
+/** A number of refreshes of the display: a fixed part of what a page can do, however busy the machine is, for what is to have settled and for
  * what is not to happen. @param {import('playwright-core').Page} page @param {number} [count] */
 export const refreshes = (page, count = 20) =>
   page.evaluate(
@@ -167,7 +167,7 @@ export const refreshes = (page, count = 20) =>
     count,
   );
 
-/** Until the simulation has gone on by so much. @param {import('playwright-core').Page} page @param {number} time s */
+/** Until the simulation has gone on by some time. @param {import('playwright-core').Page} page @param {number} time s */
 export async function runOn(page, time) {
   const goal = (await page.evaluate(() => globalThis.laglab().frame.time_s)) + time;
   await page.waitForFunction((to) => globalThis.laglab().frame?.time_s >= to, goal);
