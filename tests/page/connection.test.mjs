@@ -19,6 +19,7 @@ import {
   until,
   visit,
   tickOf,
+  pause,
 } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
@@ -55,14 +56,19 @@ const ink = (page, view) =>
 
 test('an outage: stalled, disconnected, joined again; the view says so, and the list when', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=outage&set=players.1.lag_ms:40`);
-  const session = await sessionOf(page);
-  const control = (body) => api(daemon.url, `sessions/${session.id}/control`, body, session.key);
-  await control({ op: 'pause' });
-  const go = async (/** @type {any} */ op, /** @type {number} */ time) => {
-    await control(op);
-    await until(async () => (await tickOf(page)) === Math.round(time * 60), `${time} s`);
+  const { id } = await sessionOf(page);
+  const key = await page.evaluate((of) => JSON.parse(sessionStorage.getItem('laglab') ?? '').keys[of], id);
+  const control = async (/** @type {any} */ body) => {
+    const { status } = await api(daemon.url, `sessions/${id}/control`, body, key);
+    assert.equal(status, 200, body.op);
   };
-  await go({ op: 'seek', time_s: 9 }, 9);
+  await control({ op: 'pause' });
+  await button(page, 'Play').waitFor();
+  const hz = await page.evaluate(() => Math.round(globalThis.laglab().frame.tick / globalThis.laglab().frame.time_s));
+  const go = async (/** @type {number} */ time) => {
+    await control({ op: 'play', until_tick: time * hz });
+    await until(async () => (await tickOf(page)) === time * hz, `${time} s`);
+  };
   await settles(() => page.locator('.happened').count(), 0, 'nothing to list while all clients play');
   await page.evaluate(() => {
     const live = /** @type {HTMLElement} */ (document.getElementById('live')),
@@ -72,9 +78,11 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   });
   await words(page, 2, /^View of player B/);
   const plain = await ink(page, 2);
-  await go({ op: 'seek', time_s: 12.5 }, 12.5);
+  await control({ op: 'speed', speed: 4 });
+  await go(12);
+  await control({ op: 'speed', speed: 1 });
   const at = async (/** @type {number} */ time, /** @type {number} */ state) => {
-    await go({ op: 'play', until_tick: Math.round(time * 60) }, time);
+    await go(time);
     assert.equal((await frameOf(page)).views[2].connection, state, `at ${time} s`);
   };
   await at(15, 3);
@@ -130,10 +138,13 @@ test('pings are among the messages when they are wanted', async () => {
 });
 
 test('a value without a sample is a dash; one with samples is a number', async () => {
-  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:8`);
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
   await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
-  for (const name of ['latency', 'lost', 'error']) assert.equal(await cell(`${name}/1`), '–', name);
+  await pause(page);
+  assert.ok((await frameOf(page)).time_s < 8, 'before anything counts');
+  for (const name of ['latency', 'lost', 'error']) await settles(() => cell(`${name}/1`), '–', name);
+  await button(page, 'Play').click();
   await until(async () => (await cell('latency/1')) !== '–', 'a change of B');
   const latency = Number(await cell('latency/1'));
   assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
@@ -250,7 +261,7 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   }, 'the chip, with a rate that the page draws at');
   await reads(page.locator('#chip'), /Live/);
   await hold(0);
-  await until(async () => (await rate()) > 2 * low, 'the frames that the machine can draw');
+  await until(async () => (await rate()) > low, 'more frames, as many as the machine can draw');
   await close();
 });
 
