@@ -154,8 +154,8 @@ export async function pause(page) {
  * @param {import('playwright-core').Page} page @param {'forward' | 'back'} way */
 export const stepOnce = (page, way) => button(page, `One tick ${way}`).press('Enter');
 
-/** A number of refreshes of the display: a fixed part of what a page can do, however busy the machine is, for what is to have settled and for
- * what is not to happen. @param {import('playwright-core').Page} page @param {number} [count] */
+/** A number of refreshes of the display: a fixed part of what a page can do, on a busy machine too. For what has to settle, and for what is
+ * not to happen. @param {import('playwright-core').Page} page @param {number} [count] */
 export const refreshes = (page, count = 20) =>
   page.evaluate(
     (n) =>
