@@ -32,8 +32,8 @@ const right = [
   '/* if (error > worst) fail(); */ print_message("if (error > 1.5) fail(");',
   'if (s->error != other) fail_msg("0.5");',
 ];
-const text = (/** @type {string[]} */ lines) =>
-  `static void f(double got, const double *want)\n{\n    double error = 0, worst, least;\n    int count = 0, most = 0;\n${lines.join('\n')}\n}\n`;
+const head = 'static void f(double got, const double *want)\n{\n    double error = 0, worst, least;\n    int count = 0, most = 0;';
+const text = (/** @type {string[]} */ lines) => `${head}\n${lines.join('\n')}\n}\n`;
 const root = mkdtempSync(join(tmpdir(), 'laglab-near-'));
 mkdirSync(join(root, 'tests/support'), { recursive: true });
 writeFileSync(join(root, 'tests/support/near.c'), text(wrong));
