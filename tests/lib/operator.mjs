@@ -23,7 +23,7 @@ export function blocksOf(page) {
 
 const NAMESPACES = ['unshare', '--mount', '--net', '--uts', '--pid', '--fork', '--kill-child', '--mount-proc'];
 /**
- * Keeps the machine as it is: what is written goes to memory, and is gone with the namespaces. 
+ * Keeps the machine as it is: what is written goes to memory, and is gone with the namespaces.
  * Others may read what root writes, as on a new Debian.
  */
 const SEALED = `set -eu
