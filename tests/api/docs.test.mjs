@@ -176,7 +176,7 @@ function changeDigit(file) {
 /** A copy of what the generator and the benchmarks read. */
 function copyTree() {
   const copy = mkdtempSync(path.join(tmpdir(), 'laglab-tree-'));
-  for (const folder of ['src', 'www', 'docs', 'bench', 'api', 'scenarios', 'tests/rigid', 'package.json'])
+  for (const folder of ['src', 'www', 'docs', 'bench', 'api', 'scenarios', 'tests/rigid', 'tests/mutants.csv', 'package.json'])
     cpSync(path.join(ROOT, folder), path.join(copy, folder), { recursive: true, filter: (name) => path.basename(name) !== 'node_modules' });
   symlinkSync(path.join(ROOT, 'node_modules'), path.join(copy, 'node_modules'));
   return copy;
