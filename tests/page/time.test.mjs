@@ -91,15 +91,49 @@ test('a step is one tick at every speed, forward and back, and comes to the same
   }
 });
 
-test('a held step button repeats', async () => {
+/** The tick at which it stands still. @param {import('playwright-core').Page} page */
+const still = (page) =>
+  until(async () => {
+    const tick = await tickOf(page);
+    await refreshes(page);
+    return (await tickOf(page)) === tick && tick;
+  }, 'no more steps');
+
+test('a held step button repeats, and stops when it is released', async () => {
   const { page } = view;
   await pause(page);
-  const start = await tickOf(page);
-  const box = await button(page, 'One tick forward').boundingBox();
+  const start = await tickOf(page),
+    box = await button(page, 'One tick forward').boundingBox();
   await page.mouse.move(box.x + 10, box.y + 10);
+  const from = performance.now();
   await page.mouse.down();
   await until(async () => (await tickOf(page)) > start + 4, 'five ticks');
   await page.mouse.up();
+  const ms = performance.now() - from,
+    moved = (await still(page)) - start;
+  assert.ok(moved <= ms / 60, `${moved} ticks in ${ms} ms: 17 in a second at most`);
+});
+
+test('the click with which a held step button is released is no step', async () => {
+  const { page } = view;
+  await pause(page);
+  const start = await tickOf(page),
+    forward = button(page, 'One tick forward');
+  await forward.dispatchEvent('pointerdown');
+  await until(async () => (await tickOf(page)) > start + 4, 'five ticks');
+  await forward.dispatchEvent('pointerup');
+  const held = await still(page);
+  await forward.dispatchEvent('click', { detail: 1 });
+  await stepOnce(page, 'forward'); /* after it, as all steps are made one after the other */
+  await until(async () => (await tickOf(page)) > held, 'a key steps');
+  assert.equal(await still(page), held + 1);
+  for (const [event, detail] of /** @type {[string, number][]} */ ([
+    ['pointerdown', 0],
+    ['pointerup', 0],
+    ['click', 1],
+  ]))
+    await forward.dispatchEvent(event, { detail });
+  await until(async () => (await tickOf(page)) > held + 1, 'a short click steps');
 });
 
 test('slow motion is slow, and lag stays in simulated time', async () => {

@@ -14,18 +14,24 @@ import { digits, t } from '../base/words.js';
 let scrubbing = false;
 const LONG_S = 180; /* a longer session is scrubbed up to its head only */
 
-/** Step again and again while the button is held. @param {number} ticks */
+/** Step again and again while the button is held: then the click of its release is no step. @param {number} ticks */
 function hold(ticks) {
   /** @type {ReturnType<typeof setInterval> | undefined} */
   let timer;
+  let repeated = false;
   const stop = () => clearInterval(timer);
   return {
-    click: () => void step(ticks),
+    click: (/** @type {MouseEvent} */ { detail }) => {
+      if (detail === 0 /* of a key */ || !repeated) step(ticks);
+    },
     down: () => {
       stop();
+      repeated = false;
       const from = performance.now();
       timer = setInterval(() => {
-        if (performance.now() - from > 400) step(ticks);
+        if (performance.now() - from <= 400) return;
+        repeated = true;
+        step(ticks);
       }, 60);
     },
     stop,
