@@ -31,24 +31,30 @@ const slide = (page, path, value) =>
     element.dispatchEvent(new Event('input', { bubbles: true }));
   }, String(value));
 
-test('moving the lag changes the slope of the messages, without a restart', async () => {
+test('moving the lag is sent at once and changes the slope of the messages, without a restart', async () => {
   const { page } = view;
   const before = await frameOf(page);
   const change = (lag) =>
     page.evaluate(async (to) => {
       const slider = /** @type {any} */ (document.querySelector('#app input[type="range"][data-path="players.0.lag_ms"]'));
-      const newest = Math.max(...globalThis.laglab().messages.map((m) => m.id));
+      const newest = Math.max(...globalThis.laglab().messages.map((m) => m.id)),
+        { patches } = globalThis.laglab().counts;
       slider.value = String(to);
       slider.dispatchEvent(new Event('input', { bubbles: true }));
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+      const sent = globalThis.laglab().counts.patches - patches;
       for (;;) {
         await new Promise((resolve) => requestAnimationFrame(resolve));
         const hit = globalThis
           .laglab()
           .messages.some((m) => m.id > newest && m.type === 1 && m.player === 0 && Math.abs(m.end_s - m.begin_s - to / 1000) < 0.02);
-        if (hit) return;
+        if (hit) return sent;
       }
     }, lag);
-  for (const lag of [700, 100, 400, 50, 700]) await change(lag);
+  for (const lag of [700, 100, 400, 50, 700]) {
+    assert.equal(await change(lag), 1, 'by the next refresh');
+    await until(async () => (await paramsOf(page)).players[0].lag_ms === lag, 'the answer');
+  }
   const later = await frameOf(page);
   assert.equal(later.session.generation, before.session.generation);
   assert.ok(later.tick >= before.tick);

@@ -17,7 +17,8 @@ after(async () => {
 const SLOW = '?scenario=race&set=players.0.lag_ms:500&set=players.1.lag_ms:500&set=players.0.control:person&set=players.1.control:person';
 
 /** Watches, frame by frame, what each view draws of a player after its key went down: between which times of the simulation it begins to
- * move, s: it stood in the frame of the first, it moves in that of the second. */
+ * move, s: it stood in the frame of the first, it moves in that of the second; the time of the frame when the key went down; and how many
+ * inputs were sent by the next refresh. */
 const reaction = (page, player, code, key) =>
   page.evaluate(
     async ([p, c, k]) => {
@@ -28,9 +29,16 @@ const reaction = (page, player, code, key) =>
         return { time: f.time_s, own: x(1 + p), server: x(0), other: x(2 - p) };
       };
       const start = place();
-      const seen = { own: null, server: null, other: null };
+      const seen = { own: null, server: null, other: null, pressed: start.time, sent: 0 };
       let last = start;
+      const { send } = WebSocket.prototype;
+      WebSocket.prototype.send = function (data) {
+        seen.sent += Number(typeof data === 'string' && data.includes('"input"'));
+        send.call(this, data);
+      };
       document.body.dispatchEvent(new KeyboardEvent('keydown', { code: c, key: k, bubbles: true }));
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+      WebSocket.prototype.send = send;
       while (seen.own === null || seen.server === null || seen.other === null) {
         await new Promise((resolve) => requestAnimationFrame(resolve));
         const now = place();
@@ -61,6 +69,7 @@ test('with prediction the own car moves by the next frames at 500 ms lag; server
   await until(async () => (await frameOf(page)).time_s > 1.2, 'states are on their way');
   assert.equal((await frameOf(page)).views[1].entities[0].x, 0);
   const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
+  assert.equal(seen.sent, 1, 'by the next refresh');
   later(seen, 'own', 'server', 0.5);
   later(seen, 'server', 'other', 0.5);
   assert.deepEqual(complaints, []);
@@ -71,6 +80,8 @@ test('without prediction the own car waits for the round trip', async () => {
   const { page, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:false&set=players.0.reconciliation:false`);
   await until(async () => (await frameOf(page)).time_s > 1.2, 'states are on their way');
   const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
+  assert.equal(seen.sent, 1, 'by the next refresh');
+  assert.ok(seen.server[1] - seen.pressed > 0.5, `the server has it after ${seen.server[1] - seen.pressed} s`);
   later(seen, 'server', 'own', 0.5);
   await close();
 });
