@@ -53,10 +53,12 @@ in_lane() { # FUNCTION
     lanes=()
     trap stop_stages INT TERM
     "$1"
+    : >"$logs/$1.ended"
 }
 side_by_side() { # FUNCTION...
     local lane
     for lane in "$@"; do
+        rm -f "$logs/$lane.ended"
         set -m
         in_lane "$lane" &
         set +m
@@ -64,6 +66,9 @@ side_by_side() { # FUNCTION...
     done
     wait "${lanes[@]}"
     lanes=()
+    for lane in "$@"; do # what dies between two stages has no row for those that it leaves out
+        [ -e "$logs/$lane.ended" ] || printf '%s\tone\t%s\t1\t0\n' "last stage of $lane" none >>"$logs/stages.tsv"
+    done
 }
 
 run_stages() { # LINE-OF-ARGUMENTS-OF-THE-REPORT FUNCTION...

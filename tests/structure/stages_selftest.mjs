@@ -101,6 +101,12 @@ try {
   assert.equal(beside.status, 1);
   assert.equal(beside.lines.at(-1), '2 passed, 1 failed', beside.text);
   await ended('left');
+  const early = run(`
+    one() { stage "one" one true; echo "$nothing"; stage "two" one true; }
+    other() { stage "other" one true; }
+    side_by_side one other`);
+  assert.equal(early.lines.at(-1), '2 passed, 1 failed', early.text);
+  assert.ok(early.lines.includes('last stage of one: exit status 1 (none)'), early.text);
   const stopped = start(`
     one() { stage "one" one ${alive} first; }
     other() { stage "other" one ${alive} second; }
