@@ -269,11 +269,14 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   await hold(0);
   await until(async () => (await rate()) > low, 'more frames, as many as the machine can draw');
   // A busy machine may never draw all, for which the daemon would say this:
-  await page.evaluate(() => {
-    const data = JSON.stringify({ type: 'rate', reason: 'viewer keeps up again', divisor: 1 });
-    globalThis.socket.dispatchEvent(new MessageEvent('message', { data }));
-  });
-  await until(async () => (await chip.count()) === 0, 'all frames');
+  const all = () =>
+    page.evaluate(async () => {
+      const data = JSON.stringify({ type: 'rate', reason: 'viewer keeps up again', divisor: 1 });
+      globalThis.socket.dispatchEvent(new MessageEvent('message', { data }));
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+      return document.getElementById('pace') === null;
+    });
+  await until(all, 'no chip with all frames');
   await close();
 });
 
