@@ -20,7 +20,7 @@ export async function install() {
     environment = { ...process.env, PKG_CONFIG_PATH: path.join(libraries, 'pkgconfig'), LD_LIBRARY_PATH: libraries };
   const pkgConfig = async (/** @type {string[]} */ ...options) => {
     const { stdout } = await run('pkg-config', [...options, 'laglab'], { env: environment });
-    return stdout.trim().split(/\s+/);
+    return (stdout.match(/(?:\\.|\S)+/g) ?? []).map((word) => word.replace(/\\(.)/g, '$1')); // a space in a path is escaped
   };
   const [scenarios] = await pkgConfig('--variable=scenarios');
   mkdirSync(path.join(folder, 'folder.json')); // opens as a file, and cannot be read

@@ -29,10 +29,10 @@ const NAMESPACES = ['unshare', '--mount', '--net', '--uts', '--pid', '--fork', '
 const SEALED = `set -eu
 umask 022
 mount --make-rprivate /
-work=$PWD/over; mkdir -p $work; mount -t tmpfs none $work
+work=$PWD/over; mkdir -p "$work"; mount -t tmpfs none "$work"
 for d in etc opt var; do
-  mkdir -p $work/$d $work/$d.work
-  mount -t overlay overlay -o lowerdir=/$d,upperdir=$work/$d,workdir=$work/$d.work /$d
+  mkdir -p "$work/$d" "$work/$d.work"
+  mount -t overlay overlay -o "lowerdir=/$d,upperdir=$work/$d,workdir=$work/$d.work" /$d
 done
 mount -t tmpfs none /run
 ip link set lo up

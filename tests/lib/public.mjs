@@ -30,17 +30,17 @@ const configurations = {
     execFileSync('sh', ['-c', 'cat "$0" "$1" > "$2"', pem, key, both]);
     let text = readFileSync(path.join(DEPLOY, 'haproxy-tls.cfg'), 'utf8');
     text = put(text, /^ +user haproxy\n +group haproxy\n/m, '');
-    text = put(text, /bind :80\n/, `bind ${folder}/plain\n`);
-    text = put(text, /bind :443 ssl crt \S+/, `bind LISTEN ssl crt ${both}`);
+    text = put(text, /bind :80\n/, `bind "${folder}/plain"\n`);
+    text = put(text, /bind :443 ssl crt \S+/, `bind LISTEN ssl crt "${both}"`);
     return put(text, /127\.0\.0\.1:8080/, 'UPSTREAM');
   },
   nginx(/** @type {string} */ folder) {
     const [pem, key] = certificate(folder);
     let text = readFileSync(path.join(DEPLOY, 'nginx.conf'), 'utf8');
-    text = put(text, /listen 80;/, `listen unix:${folder}/plain;`);
+    text = put(text, /listen 80;/, `listen "unix:${folder}/plain";`);
     text = put(text, /listen 443 ssl;/, 'listen LISTEN ssl;');
-    text = put(text, /(ssl_certificate +)\S+;/, `ssl_certificate ${pem};`);
-    text = put(text, /(ssl_certificate_key +)\S+;/, `ssl_certificate_key ${key};`);
+    text = put(text, /(ssl_certificate +)\S+;/, `ssl_certificate "${pem}";`);
+    text = put(text, /(ssl_certificate_key +)\S+;/, `ssl_certificate_key "${key}";`);
     return standingAlone(put(text, /127\.0\.0\.1:8080/, 'UPSTREAM'));
   },
 };
@@ -52,7 +52,7 @@ const configurations = {
  */
 export const plain = (text) =>
   text
-    .replace(/ ssl crt \S+/, '')
+    .replace(/ ssl crt "[^"]*"/, '')
     .replace('LISTEN ssl;', 'LISTEN;')
     .replace(/^backend laglab$/m, 'backend laglab\n    http-reuse always');
 
