@@ -123,7 +123,8 @@ ctest_stage() { # PRESET [NAME...]
     compile_tests "$preset" ${targets[@]+"${targets[@]}"} && run_ctest "$preset" -LE '^all$' ${only[@]+"${only[@]}"}
 }
 
-node_stage() { LAGLAB_BIN=$PWD/build/laglab node tests/run.mjs "$@"; }
+program=build/laglab # of node's tests
+node_stage() { LAGLAB_BIN=$PWD/$program node tests/run.mjs "$@"; }
 
 structure_stage() {
     local script status=0
@@ -243,9 +244,11 @@ test_some() { # PRESET NAME...
     mapfile -t node_files < <(found node "$@")
     names=$(found ctest "$@" | paste -sd '|')
     [ -z "$all" ] || outer=()
+    [ "$preset" = release ] || program=build/$preset/laglab
     case " ${node_files[*]} " in
         *.all.test.mjs* | *tests/browsers/* | *tests/cost/* | *tests/container/*) install_all_tests ;;
-        *mjs*) install_test ;;
+        *tests/daemon/* | *tests/page/*) install_test ;;
+        *mjs*) install_fast ;;
         *) install_build ;;
     esac
     [ ${#node_files[@]} = 0 ] || targets+=(laglab www)
@@ -280,10 +283,10 @@ run_test() { # [--fast | --all] [--record], or [--all] [--debug] NAME...
 }
 
 run_check() { # [--all]
-    case "${1:-}" in
+    case $* in
         '') ;;
         --all) all=1 ;;
-        *) echo "dev: check takes --all or nothing; got $1" >&2; return 2 ;;
+        *) echo "dev: check takes --all or nothing; got $*" >&2; return 2 ;;
     esac
     install_check
     [ -e build/clients/js/types/api.d.ts ] || build --target client_types
@@ -291,6 +294,12 @@ run_check() { # [--all]
 }
 
 run_fuzz() { # NAME [SECONDS]
+    local names
+    names=$(cd tests/fuzz && printf '%s\n' fuzz_*.c | sed 's/^fuzz_\(.*\)\.c$/\1/')
+    if ! grep -qxF -- "${1:-}" <<<"$names" || [[ ! ${2:-60} =~ ^[0-9]+$ ]]; then
+        echo "dev: fuzz takes one of" $names "and seconds; got ${*:-nothing}" >&2
+        return 2
+    fi
     install_fuzz
     compile fuzz -- --target "fuzz_$1"
     mkdir -p "build/fuzz/corpus/$1"
@@ -312,7 +321,7 @@ container_stage() {
         mount --make-rprivate /
         if [ -d /sys/fs/cgroup/memory ] && mountpoint -q /sys/fs/cgroup/unified; then umount /sys/fs/cgroup/unified; fi
         ip link set lo up
-        exec node --test tests/container'
+        exec node --test tests/container/*.test.mjs'
 }
 
 run_container-test() {
