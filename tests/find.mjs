@@ -1,12 +1,14 @@
 // Which tests are those of a room, a folder, a file or a name: node tests/find.mjs [--all] NAME...
 //   Prints lines as `target tests_link`, `ctest ^link\.` (a regular expression of ctest's names) and `node tests/page/time.test.mjs`.
 //   A name is a room (link), a folder in one (netcode/client), a file or folder of src, whose tests are those of its folder or, where it
-//   has none, of the room above, a file of tests, or what ctest calls a test (link.delay).
+//   has none, of the room above or from outside (OUTSIDE of mutate.mjs), a file of tests, or what ctest calls a test (link.delay,
+//   oracle.netgame).
 //   --all: also files of the tier all (NAME.all.test.mjs), which are otherwise found only by their own name.
-import { existsSync, readdirSync, statSync } from 'node:fs';
-import { basename, dirname } from 'node:path';
+import { existsSync, readdirSync, readFileSync, statSync } from 'node:fs';
+import { basename, dirname, relative } from 'node:path';
 import { argv } from 'node:process';
 import { fileURLToPath } from 'node:url';
+import { OUTSIDE } from './mutate.mjs';
 
 const SCRIPTS = ['structure', 'oracle']; // rooms of ctest whose tests are scripts
 const IN_C = /(?:^|\/)(?:test|fuzz)_(\w+)\.c$/;
@@ -17,13 +19,28 @@ const testFiles = () =>
     .map((name) => `tests/${name}`)
     .sort();
 
+/** Whether ctest has a test of this name that is no file. @param {string} name */
+const isScript = (name) =>
+  (/^\w+\.\w+$/.test(name) &&
+    readFileSync('cmake/tests.cmake', 'utf8')
+      .split(/[^\w.]+/)
+      .includes(name)) ||
+  existsSync(`tests/oracle/found/${name.replace(/^oracle\./, '')}.json`);
+
+/** Tests from outside of a place of src that has none inside, by the nearest folder. @param {string} place */
+function fromOutside(place) {
+  for (let folder = place; folder !== '.'; folder = dirname(folder))
+    if (folder in OUTSIDE) return OUTSIDE[folder].map((name) => `tests/${name}.test.mjs`);
+  return [];
+}
+
 /** @param {string[]} names @param {boolean} [tier_all] @returns {string[]} lines as above */
 export function findTests(names, tier_all = false) {
   const all = testFiles();
   const inside = (folder) => all.filter((file) => file.startsWith(`${folder}/`));
   const rooms = [...new Set([...all.map((file) => file.split('/')[1]), ...SCRIPTS])].sort();
   const lines = names.flatMap((given) => {
-    const name = given.replace(/^\.\//, '').replace(/\/$/, '');
+    const name = relative('.', given);
     let files = all.filter((file) => file === name || (IN_C.test(file) && `${file.split('/')[1]}.${IN_C.exec(file)[1]}` === name));
     let folder = name.startsWith('tests/') ? name : `tests/${name}`;
     if (name.startsWith('src/') && existsSync(name)) {
@@ -34,6 +51,10 @@ export function findTests(names, tier_all = false) {
     const room = basename(folder);
     const whole = folder === `tests/${room}` && rooms.includes(room) && files.length === 0;
     if (files.length === 0 && folder !== 'tests') files = inside(folder).filter((file) => tier_all || !file.endsWith('.all.test.mjs'));
+    const top = name.split('.')[0];
+    if (files.length === 0 && rooms.includes(top) && isScript(name))
+      return [`target ${SCRIPTS.includes(top) ? 'laglab' : `tests_${top}`}`, `ctest ^${name.replace('.', '\\.')}$`];
+    if (files.length === 0 && name.startsWith('src/') && existsSync(name)) files = fromOutside(name.slice(4));
     if (files.length === 0 && !(whole && SCRIPTS.includes(room)))
       throw new Error(
         `no tests of ${given}. Rooms: ${rooms.join(' ')}; or a folder in one (netcode/client), a file of src or tests, link.delay`,

@@ -150,8 +150,11 @@ assert.ok(client.includes('target tests_netcode') && client.includes('ctest ^net
 assert.ok(!client.includes('ctest ^netcode\\.'));
 assert.deepEqual(findTests(['src/netcode/client/client.c']), client);
 assert.deepEqual(findTests(['src/ode/stiff']), findTests(['ode']), 'of the room above');
+assert.deepEqual(findTests([resolve('src/main.c')]), ['node tests/api/trace.test.mjs', 'node tests/api/cli.test.mjs'], 'from outside');
+assert.deepEqual(findTests(['oracle.netgame_more']), ['target laglab', 'ctest ^oracle\\.netgame_more$']);
+assert.deepEqual(findTests(['sim.outages_many']), ['target tests_sim', 'ctest ^sim\\.outages_many$']);
 assert.ok(findTests(['daemon']).some((line) => line.startsWith('node ')) && findTests(['daemon']).includes('ctest ^daemon\\.'));
-for (const name of ['nix', 'netcode/clint', 'src/nix.c', 'tests', 'tests/page/nix.test.mjs', 'src/main.c', 'link.nix'])
+for (const name of ['nix', 'netcode/clint', 'src/nix.c', 'tests', 'tests/page/nix.test.mjs', 'main.c', 'link.nix', 'cost.nix', ''])
   assert.throws(() => findTests([name]), new RegExp(`no tests of ${name}\\. Rooms: api base`));
 for (const [, names] of readFileSync('CONTRIBUTING.md', 'utf8').matchAll(/`\.\/dev test ([^-`][^`]*)`/g)) findTests(names.split(' '));
 console.log('stages_selftest: all cases as expected');
