@@ -293,7 +293,7 @@ class Copy {
       .map((one) => ({
         name: one.name,
         labels: of(one, 'LABELS'),
-        long: of(one, 'LABELS').includes('all') || of(one, 'COST') >= 100,
+        long: of(one, 'COST') >= 10, // seconds
         command: one.command,
         env: Object.fromEntries(of(one, 'ENVIRONMENT').map((pair) => pair.split(/=(.*)/s))),
       }))
@@ -337,9 +337,7 @@ function steps(copy, file, rooms, near) {
     upper = new Set(above.map(top).filter((name) => name !== room));
   if (upper.has('session') || room === 'session') upper.add('golden').add('oracle');
   const labelled = (label) => copy.units.filter((one) => one.labels.includes(label)),
-    higher = [...upper]
-      .flatMap(labelled)
-      .filter((one) => !one.labels.includes(room) && (!one.long || one.name.startsWith('golden.golden')));
+    higher = [...upper].flatMap(labelled).filter((one) => !one.labels.includes(room) && !one.long);
   let folder = path.dirname(file.slice(4));
   if (!(folder in OUTSIDE)) folder = room;
   const outside = (OUTSIDE[folder] ?? [])
@@ -432,15 +430,21 @@ function earlier(file, wanted) {
 
 async function main() {
   const options = argv.slice(2).filter((word) => word.startsWith('--')),
-    [count, seed] = argv
-      .slice(2)
-      .filter((word) => !word.startsWith('--'))
-      .map(Number),
+    numerals = argv.slice(2).filter((word) => !word.startsWith('--')),
+    [count, seed] = numerals.map(Number),
     option = (name, fallback) => options.find((word) => word.startsWith(`--${name}=`))?.replace(/^[^=]*=/, '') ?? fallback;
   const again = option('again', ''),
     jobs = Number(option('jobs', Math.min(2, availableParallelism())));
   const strange = options.filter((word) => !/^--(?:list|near|jobs=[12]|again=.+|result=.*)$/.test(word));
-  if (strange.length > 0 || (again === '' && !(Number.isInteger(count) && count > 0 && Number.isInteger(seed) && seed >= 0))) {
+  if (again !== '' && !existsSync(again)) {
+    console.error(`--again: there is no file ${again}`);
+    process.exit(2);
+  }
+  if (
+    strange.length > 0 ||
+    numerals.length !== (again === '' ? 2 : 0) ||
+    (again === '' && !(Number.isInteger(count) && count > 0 && Number.isInteger(seed) && seed >= 0))
+  ) {
     console.error(`mutate takes N (1 or more) and SEED (0 or more), or --again=FILE; got ${argv.slice(2).join(' ') || 'nothing'}`);
     process.exit(2);
   }
