@@ -78,6 +78,12 @@ test('slow, silent and hostile viewers together with a good one', async (t) => {
   clearInterval(flood);
   assert.equal(greedy.closed.code, 1008);
   assert.ok(slow.frames.length < good.frames.length, 'the slow one skips');
+  const from = seqOf(slow.frames[0]);
+  const lost = ({ frames }) => {
+    const seqs = frames.map(seqOf).filter((/** @type {number} */ seq) => seq >= from);
+    return seqs.at(-1) - seqs[0] + 1 - seqs.length;
+  };
+  assert.ok(lost(good) <= lost(slow), `${lost(good)} frames that the good one lost, ${lost(slow)} of the slow one`);
   const behind = () => seqOf(good.frames.at(-1)) - seqOf(slow.frames.at(-1));
   await waitFor(() => behind() <= 20, 'the slow one to be where the good one is');
   clearInterval(slowTimer);

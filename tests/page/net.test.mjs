@@ -32,12 +32,28 @@ test('the daemon dies and comes back with its data: the same session goes on', a
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 234, 'changed');
   const { id } = await sessionOf(page);
   const listen = `127.0.0.1:${daemon.port}`;
+  await page.evaluate(() => {
+    const own = setTimeout;
+    globalThis.delays = [];
+    globalThis.setTimeout = /** @type {any} */ (
+      (/** @type {any} */ run, /** @type {number} */ ms, /** @type {any[]} */ ...more) => {
+        if (/stream\/connection/.test((new Error('here').stack ?? '').split('\n')[2] ?? '')) globalThis.delays.push(ms); // its caller
+        return own(run, ms, ...more);
+      }
+    );
+  });
   await daemon.kill();
   await until(async () => /Connection lost – retrying \(\d+\)/.test(await chip(page)), 'it says so');
   await settles(() => control(page, 'players.0.lag_ms', 'number').isDisabled(), true);
   await reads(() => page.locator('fieldset.panel').first().getAttribute('title'), /Connection lost/);
   await settles(() => page.getByRole('button', { name: 'Reset' }).isDisabled(), true);
-  await until(async () => /retrying \([2-9]\)/.test(await chip(page)), 'it has tried again');
+  await until(async () => /retrying \(([5-9]|\d\d)\)/.test(await chip(page)), 'it has tried again and again');
+  const delays = await page.evaluate(() => globalThis.delays);
+  for (const [i, ms] of delays.entries()) {
+    const most = Math.min(2000, 200 * 2 ** i);
+    assert.ok(ms >= most / 2 && ms <= most, `${delays.join()} ms between attempts`);
+  }
+  assert.ok(delays.length >= 5);
   daemon = await startDaemon({ data, listen });
   await until(async () => (await page.evaluate(() => globalThis.laglab().connection.state)) === 'open', 'connected again');
   await until(async () => /Reconnected/.test(await page.locator('.note').innerText()), 'it says so');
