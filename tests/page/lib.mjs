@@ -173,6 +173,29 @@ export async function runOn(page, time) {
   await page.waitForFunction((to) => globalThis.laglab().frame?.time_s >= to, goal);
 }
 
+/** Processor time of the page's script for each frame that it draws meanwhile, ms: what other processes do adds little.
+ * @param {import('playwright-core').Page} page @param {() => Promise<unknown>} meanwhile */
+export async function costOf(page, meanwhile) {
+  const devtools = await page.context().newCDPSession(page);
+  await devtools.send('Performance.enable', { timeDomain: 'threadTicks' });
+  const now = async () => {
+    const { metrics } = await devtools.send('Performance.getMetrics'),
+      { drawn } = await page.evaluate(() => globalThis.laglab().counts);
+    return { ms: 1000 * (metrics.find(({ name }) => name === 'ScriptDuration')?.value ?? NaN), drawn };
+  };
+  const from = await now();
+  await meanwhile();
+  const to = await now();
+  await devtools.detach();
+  return (to.ms - from.ms) / (to.drawn - from.drawn);
+}
+
+/** Until it has drawn so many frames more. @param {import('playwright-core').Page} page @param {number} frames */
+export async function draws(page, frames) {
+  const goal = (await page.evaluate(() => globalThis.laglab().counts.drawn)) + frames;
+  await page.waitForFunction((to) => globalThis.laglab().counts.drawn >= to, goal);
+}
+
 /** Moves the scrub slider as a drag does. @param {import('playwright-core').Page} page @param {number} time s */
 export const scrub = (page, time) =>
   page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {

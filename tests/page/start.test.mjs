@@ -7,7 +7,9 @@ import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import {
   api,
+  costOf,
   dialogOf,
+  draws,
   frameOf,
   launch,
   pause,
@@ -302,6 +304,14 @@ test('frames are acknowledged as they are drawn, no more', async () => {
   });
   assert.equal(counts.acked, frame.seq);
   assert.ok(counts.drawn > 20 && counts.drawn <= counts.received, JSON.stringify(counts));
+  await close();
+});
+
+test('drawing a frame costs little', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#race`);
+  await draws(page, 20);
+  const ms = await costOf(page, () => draws(page, 50));
+  assert.ok(ms < 8, `${ms} ms`);
   await close();
 });
 
