@@ -93,11 +93,11 @@ for (const [folder, names] of Object.entries(OUTSIDE)) {
   for (const name of names) assert.ok(existsSync(`tests/${name}.test.mjs`), name);
 }
 
-for (const [words, answer] of [
+for (const [words, answer] of /** @type {[string, RegExp][]} */ ([
   ['-1 x', /^mutate takes N \(1 or more\) and SEED \(0 or more\), or --again=FILE; got -1 x$/m],
   ['1 2 3', /got 1 2 3$/m],
   ['--again=nix.csv', /^--again: there is no file nix\.csv$/m],
-]) {
+])) {
   const wrong = spawnSync(execPath, [fileURLToPath(new URL('../mutate.mjs', import.meta.url)), ...words.split(' ')], { encoding: 'utf8' });
   assert.deepEqual([wrong.status, wrong.stdout], [2, '']);
   assert.match(wrong.stderr, answer);
