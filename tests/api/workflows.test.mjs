@@ -43,7 +43,7 @@ test("the commands of Snakemake's rules", () => {
   );
   assert.deepEqual(Object.keys(rules), ['all', 'shard', 'merge', 'points']);
   const hole = /\{([\w.]+)\}/g,
-    values = { LAGLAB: BINARY, EXPERIMENT: 'lag.json', SHARDS, threads: 1 },
+    values = { LAGLAB: `'${BINARY}'`, EXPERIMENT: 'lag.json', SHARDS, threads: 1 },
     files = (/** @type {string} */ rule) => [...rules[rule].output.matchAll(/"(.*?)"/g)].map(([, name]) => name);
   const shards = Array.from({ length: SHARDS }, (_, i) => filled(files('shard')[0], hole, { i: i + 1 }));
   for (const [i, output] of shards.entries()) shell(filled(rules.shard.command, hole, { ...values, 'wildcards.i': i + 1, output }), at);
@@ -67,7 +67,7 @@ test("the commands of Nextflow's processes", () => {
   );
   assert.deepEqual(Object.keys(processes), ['shard', 'merge', 'points']);
   const hole = /\$\{([\w.]+)\}/g,
-    values = { 'params.laglab': BINARY, 'params.experiment': 'lag.json', 'params.shards': SHARDS, 'task.cpus': 1 };
+    values = { 'params.laglab': `'${BINARY}'`, 'params.experiment': 'lag.json', 'params.shards': SHARDS, 'task.cpus': 1 };
   const shards = Array.from({ length: SHARDS }, (_, i) => filled(processes.shard.outputs[0], hole, { i: i + 1 }));
   for (const [i, output] of shards.entries()) {
     shell(filled(processes.shard.command, hole, { ...values, i: i + 1 }), at);

@@ -45,7 +45,7 @@ mark session
 curl -s -H "$J" -H "Authorization: Bearer $(cat /etc/laglab/class.key)" -d '{"scenario":"race"}' $U/sessions > session.json
 cat session.json
 mark visitor
-node ${path.join(ROOT, 'tests/lib/visitor.mjs')} https://${NAME} session.json
+node '${path.join(ROOT, 'tests/lib/visitor.mjs')}' https://${NAME} session.json
 mark forged
 for i in 1 2 3 4; do
   curl -s -o /dev/null -w '%{http_code} ' --interface 127.0.0.2 -H "X-Forwarded-For: 10.9.8.$i" \\
