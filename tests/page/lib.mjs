@@ -190,7 +190,7 @@ export async function costOf(page, meanwhile) {
   return (to.ms - from.ms) / (to.drawn - from.drawn);
 }
 
-/** Until it has drawn so many frames more. @param {import('playwright-core').Page} page @param {number} frames */
+/** Until it has drawn this number of frames more. @param {import('playwright-core').Page} page @param {number} frames */
 export async function draws(page, frames) {
   const goal = (await page.evaluate(() => globalThis.laglab().counts.drawn)) + frames;
   await page.waitForFunction((to) => globalThis.laglab().counts.drawn >= to, goal);
