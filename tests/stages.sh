@@ -316,7 +316,7 @@ container_stage() {
     printf '[storage]\ndriver = "vfs"\nrunroot = "%s/run"\ngraphroot = "%s/root"\n' "$storage" "$storage" >"$storage/storage.conf"
     export CONTAINERS_STORAGE_CONF=$storage/storage.conf BUILDAH_ISOLATION=chroot
     podman image exists localhost/laglab-base || deploy/base-image || return 1
-    buildah build --layers --format docker --build-arg BASE=localhost/laglab-base -t laglab . || return 1
+    buildah build --format docker --build-arg BASE=localhost/laglab-base -t laglab . || return 1
     as_root unshare --mount --net bash -c '
         mount --make-rprivate /
         if [ -d /sys/fs/cgroup/memory ] && mountpoint -q /sys/fs/cgroup/unified; then umount /sys/fs/cgroup/unified; fi
