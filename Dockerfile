@@ -1,7 +1,7 @@
 # One image with the daemon and the page: docker build -t laglab . (how to run it: docs/deploy.md)
 # The base is Debian's image of 3 August 2026, by the digest of its index in github.com/docker-library/repo-info; what Debian has mended since comes by
 # `upgrade`. Where no registry can be reached: deploy/base-image makes one of Debian's packages, and --build-arg BASE=... names it.
-ARG BASE=docker.io/library/debian:bookworm-slim@sha256:abd67ffcfa541b485a3dff59865ab629aa048a6c613e639d36e7456b0b229241
+ARG BASE=debian:bookworm-slim@sha256:abd67ffcfa541b485a3dff59865ab629aa048a6c613e639d36e7456b0b229241
 
 FROM ${BASE} AS build
 RUN apt-get update \

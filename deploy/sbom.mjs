@@ -56,7 +56,7 @@ export function sbom(tsv, lock, created) {
         SPDXID: id('npm', name),
         name,
         versionInfo: one.version,
-        downloadLocation: one.resolved ?? `https://registry.npmjs.org/${name}/-/${name.replace(/^.*\//, '')}-${one.version}.tgz`,
+        downloadLocation: one.resolved ?? 'NOASSERTION', // the package's URL below names it
         ...unknown,
         licenseDeclared: one.license ?? 'NOASSERTION',
         checksums: [{ algorithm: algorithm.toUpperCase(), checksumValue: Buffer.from(sum, 'base64').toString('hex') }],

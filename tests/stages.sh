@@ -283,13 +283,17 @@ run_test() { # [--fast | --all] [--record], or [--all] [--debug] NAME...
 }
 
 run_check() { # [--all]
+    local types=build/clients/js/types/api.d.ts
     case $* in
         '') ;;
         --all) all=1 ;;
         *) echo "dev: check takes --all or nothing; got $*" >&2; return 2 ;;
     esac
     install_check
-    [ -e build/clients/js/types/api.d.ts ] || build --target client_types
+    # The types of the JavaScript client are made of the program's description of the API.
+    if [ ! -e $types ] || [ -n "$(find api clients/js www/js/stream cmake/api.cmake package-lock.json -newer $types -print -quit)" ]; then
+        build --target client_types
+    fi
     run_stages "" check_all
 }
 

@@ -284,7 +284,7 @@ test('the bill of materials is SPDX with every package once', () => {
 
 test('the image is built on a base that is pinned, and its two stages on the same', () => {
   const text = readFileSync(path.join(ROOT, 'Dockerfile'), 'utf8');
-  assert.match(text, /^ARG BASE=docker\.io\/library\/debian:bookworm-slim@sha256:[0-9a-f]{64}$/m);
+  assert.match(text, /^ARG BASE=debian:bookworm-slim@sha256:[0-9a-f]{64}$/m);
   const bases = [...text.matchAll(/^FROM (\S+)(?: AS (\S+))?/gm)],
     own = bases.map(([, , name]) => name);
   for (const [, base] of bases) assert.ok(base === '${BASE}' || own.includes(base), `FROM ${base}`);

@@ -31,7 +31,8 @@ mkdir -p "$build"
 sources() {
     local list=$build/apt options
     mkdir -p "$list/lists/partial"
-    echo "deb-src http://deb.debian.org/debian bookworm main" >"$list/sources.list"
+    # from where this machine has its packages
+    apt-get indextargets --format 'deb-src $(REPO_URI) $(RELEASE) main' 'Created-By: Packages' 'Component: main' | sort -u >"$list/sources.list"
     options=(-q -o "Dir::Etc::sourcelist=$list/sources.list" -o Dir::Etc::sourceparts=- -o "Dir::State::Lists=$list/lists"
         -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=)
     apt-get "${options[@]}" update && cd "$build" && apt-get "${options[@]}" source --download-only cjson || return 1
