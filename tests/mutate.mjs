@@ -46,6 +46,7 @@ export const OUTSIDE = {
     'api/contract',
     'api/class',
     'api/experiments',
+    'api/answers',
   ],
   'daemon/class': ['daemon/class_keys', 'daemon/class_restart', 'api/access_matrix', 'api/class'],
   'daemon/hosting': [
@@ -79,7 +80,7 @@ export const OUTSIDE = {
   param: ['api/openapi'],
   record: ['api/decoder', 'api/openapi', 'api/metrics'],
   rigid: ['api/rigid', 'api/metrics'],
-  session: ['daemon/paused', 'api/input', 'daemon/recovery'],
+  session: ['daemon/paused', 'api/input', 'daemon/recovery', 'api/packets.all'],
   sim: ['api/metrics'],
 };
 

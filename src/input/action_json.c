@@ -41,11 +41,12 @@ ll_status ll_action_parse(const cJSON *json, const char *path, int *player, ll_a
     if (!cJSON_IsObject(json))
         return ll_field_error(LL_BAD_INPUT, path, "input: must be an object with player, axes and buttons");
     const cJSON *member;
+    _Static_assert(LL_PLAYERS_MAX - 1 == 63, "as the sentence says");
     cJSON_ArrayForEach(member, json)
     {
         if (strcmp(member->string, "player") == 0) {
             if (!whole(member, 0, LL_PLAYERS_MAX - 1))
-                return wrong(path, "player", "must be a whole number from 0 to 7.");
+                return wrong(path, "player", "must be a whole number from 0 to 63.");
             *player = (int)member->valuedouble;
         } else if (strcmp(member->string, "axes") == 0) {
             if (!read_axes(member, action))

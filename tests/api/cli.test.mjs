@@ -454,8 +454,8 @@ test('unknown paths are refused', () => {
 });
 
 test('wrong usage is refused', () => {
-  refused([], ['laglab help']);
-  refused(['fly'], ['fly', 'laglab help']);
+  refused([], ['no verb;', 'laglab help']);
+  refused(['fly'], ['unknown verb fly;', 'laglab help']);
   refused(['run'], ['SCENARIO: required']);
   for (const option of ['--seed', '--set', '--duration', '--trace', '--log', '--scenarios'])
     refused(['run', 'race', option], [option, 'needs a value']);

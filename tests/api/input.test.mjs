@@ -248,6 +248,43 @@ test('malformed, truncated, deeply nested and large JSON', () =>
     }
   }));
 
+/** Inputs, and the field that is wrong. @type {[any, string][]} */
+const wrongActions = [
+  [{ player: 'x' }, 'player'],
+  [{ player: -1 }, 'player'],
+  [{ player: 64 }, 'player'],
+  [{ player: 1.5 }, 'player'],
+  [{ player: 0, axes: [2] }, 'axes'],
+  [{ player: 0, axes: [1, 1, 1] }, 'axes'],
+  [{ player: 0, axes: ['1'] }, 'axes'],
+  [{ player: 0, axes: 1 }, 'axes'],
+  [{ player: 0, buttons: -1 }, 'buttons'],
+  [{ player: 0, buttons: 0.5 }, 'buttons'],
+  [{ player: 0, buttons: 2 ** 32 }, 'buttons'],
+  [{ player: 0, more: 1 }, 'more'],
+  [{ axes: [1] }, 'player'],
+];
+
+test('a wrong input is refused by its field, by POST and on the stream', () =>
+  unharmed(async (session) => {
+    const stream = await openStream(daemon.url, `sessions/${session.id}`, 'json');
+    stream.say({ auth: session.owner_key, id: 0 });
+    await stream.wait((message) => message.id === 0);
+    for (const [action, field] of wrongActions) {
+      const what = JSON.stringify(action),
+        posted = await c.call('POST', session.links.input, { key: session.owner_key, body: action });
+      assert.deepEqual([posted.status, posted.json.errors?.[0].field], [400, field], what);
+      assert.ok(new RegExp(`^${field}:? `).test(posted.json.detail), `${what}: ${posted.json.detail}`);
+      if (action.player === 64) assert.match(posted.json.detail, /0 to 63/);
+      stream.say({ input: action, id: what.length });
+      const { problem } = await waitFor(() => stream.messages.find((message) => message.type === 'error'), `the error of ${what}`);
+      stream.messages.length = 0;
+      assert.deepEqual([problem.status, problem.errors?.[0].field], [400, `input.${field}`], what);
+      await pause(20); // within the rate of messages
+    }
+    await stream.close();
+  }));
+
 test('unknown and wrong members of each body', () =>
   unharmed(async (session) => {
     const key = session.owner_key;
@@ -295,22 +332,7 @@ test('unknown and wrong members of each body', () =>
         { op: 'restart', reset: 1 },
         { op: 'play', more: 1 },
       ],
-      [session.links.input]: [
-        {},
-        { player: 'x' },
-        { player: -1 },
-        { player: 8 },
-        { player: 1.5 },
-        { player: 0, axes: [2] },
-        { player: 0, axes: [1, 1, 1] },
-        { player: 0, axes: ['1'] },
-        { player: 0, axes: 1 },
-        { player: 0, buttons: -1 },
-        { player: 0, buttons: 0.5 },
-        { player: 0, buttons: 2 ** 32 },
-        { player: 0, more: 1 },
-        { axes: [1] },
-      ],
+      [session.links.input]: [{}, { player: 8 }, ...wrongActions.map(([action]) => action)],
     };
     for (const [path, bodies] of Object.entries(tries)) {
       for (const body of bodies) {

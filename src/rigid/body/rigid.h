@@ -230,7 +230,6 @@ typedef struct ll_rigid_stats {
     int32_t points;
     int32_t recycled; /* manifolds recycled in the last step */
     int32_t tested;   /* pairs computed by the narrow phase in the last step */
-    int32_t moved;    /* boxes recomputed in the last step */
     int32_t colours;  /* graph colours in use */
     int32_t overflow; /* contacts without a colour, solved one by one */
     int32_t swept;    /* bodies swept by CCD in the last step */

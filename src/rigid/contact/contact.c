@@ -209,7 +209,6 @@ static bool wanted(const void *context, int32_t a, int32_t b)
 
 void ll_find_pairs(ll_rigid *w, ll_team *team, bool *overflowed)
 {
-    w->stats.moved = w->moved;
     size_t taken = ((size_t)w->limits.contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
     ll_pair_list list = {.at = ll_pairs(w),
                          .capacity = w->limits.contacts,

@@ -237,8 +237,12 @@ static void the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back(void 
     f->now += 12 * LL_SECOND;
     ll_class_pass_time(&f->c, f->now);
     assert_true(ll_class_drives(&f->c, 0));
+    f->c.changed = false;
+    ll_class_pass_time(&f->c, f->now);
+    assert_false(f->c.changed);
     f->now += 2 * LL_SECOND;
     ll_class_pass_time(&f->c, f->now);
+    assert_true(f->c.changed); /* all are to know at once */
     assert_string_equal(seat_state(f, 0), "script");
     assert_false(ll_class_drives(&f->c, 0));
     ll_class_connected(&f->c, a, f->now);

@@ -84,6 +84,30 @@ static void steps_are_whole_numbers(void **state)
     end(&paper);
 }
 
+/* Whole steps, a step of another length, and another time, in turns: whole steps are counted from the last
+ * of these. */
+static void steps_are_counted_from_where_time_was_set(void **state)
+{
+    (void)state;
+    const double dt = 0.125; /* sums are exact */
+    ll_ode_control control = {.t_end = 100, .dt = dt};
+    setting s = begin("rk4", &oscillator, circle, &control);
+    double t = 0;
+    for (int round = 0; round < 5; round++) {
+        for (int i = 0; i <= round; i++) {
+            step(&s);
+            assert_true(s.run->t == (t += dt));
+        }
+        ll_ode_step_by(s.run, s.method, s.ode, 0.0625);
+        assert_true(s.run->t == (t += 0.0625));
+        step(&s);
+        assert_true(s.run->t == (t += dt));
+        assert_near(ll_ode_y(s.run)[0], cos(t - 2 * round), 1e-3);
+        ll_ode_set_time(s.run, t += 2);
+    }
+    end(&s);
+}
+
 static void adaptive_runs_end_exactly(void **state)
 {
     (void)state;
@@ -465,6 +489,7 @@ int main(void)
         cmocka_unit_test(adams_keeps_its_order_by_changing_steps),
         cmocka_unit_test(bad_input_is_refused_with_a_sentence),
         cmocka_unit_test(steps_are_whole_numbers),
+        cmocka_unit_test(steps_are_counted_from_where_time_was_set),
         cmocka_unit_test(adaptive_runs_end_exactly),
         cmocka_unit_test(runs_go_backwards),
         cmocka_unit_test(a_snapshot_is_a_copy),

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "ode/core/measure.h"
 #include "ode/core/problem.h"
 #include "ode/core/run.h"
 #include "support/near.h"
@@ -255,6 +256,70 @@ static void jacobians_are_of_the_system(void **state)
     assert_int_equal(tried, 10);
 }
 
+/* What a system says of itself is so: methods leave out df/dt, or forces of velocities. */
+static void systems_depend_on_what_they_say(void **state)
+{
+    (void)state;
+    int timed = 0;
+    for (int n = 0; ll_ode_problems[n]; n++) {
+        made m = make(ll_ode_problems[n]->name, NULL);
+        settled(&m);
+        double y[LL_ODE_DIM_MAX], first[LL_ODE_DIM_MAX], later[LL_ODE_DIM_MAX];
+        m.problem->start(m.params, y);
+        for (int i = 0; i < m.ode.dim; i++)
+            y[i] += 0.01 * (i + 1);
+        bool changes = false;
+        ll_ode_eval(&m.ode, 0, y, first);
+        for (int k = 1; k <= 8; k++) {
+            ll_ode_eval(&m.ode, 0.37 * k, y, later);
+            changes = changes || memcmp(first, later, (size_t)m.ode.dim * sizeof *y) != 0;
+        }
+        if (changes == m.ode.autonomous)
+            fail_msg("%s: f %s with t", m.problem->name, changes ? "changes" : "does not change");
+        timed += changes;
+        if (!m.ode.acceleration)
+            continue;
+        changes = false;
+        for (int k = 0; k < 2; k++) { /* the direction counts, too */
+            for (int i = m.ode.dim / 2; i < m.ode.dim; i++)
+                y[i] = -1.1 * y[i];
+            ll_ode_eval(&m.ode, 0, y, later);
+            changes = changes || memcmp(first + m.ode.dim / 2, later + m.ode.dim / 2,
+                                        (size_t)(m.ode.dim / 2) * sizeof *y) != 0;
+        }
+        if (changes != m.ode.velocity_dependent)
+            fail_msg("%s: the acceleration %s with the velocity", m.problem->name,
+                     changes ? "changes" : "does not change");
+    }
+    assert_true(timed >= 2);
+}
+
+/* ---- measuring ---- */
+
+/* What was in memory before, as of another run, does not count. */
+static void a_measure_starts_from_nothing(void **state)
+{
+    (void)state;
+    for (int n = 0; ll_ode_problems[n]; n++) {
+        made m = make(ll_ode_problems[n]->name, NULL);
+        settled(&m);
+        const int dim = m.ode.dim;
+        double y[LL_ODE_DIM_MAX], each[LL_ODE_ROWS * LL_ODE_DIM_MAX];
+        ll_ode_measure measure;
+        memset(&measure, 0x5a, sizeof measure);
+        for (int i = 0; i < LL_ODE_ROWS * dim; i++)
+            each[i] = 1e9;
+        m.problem->start(m.params, y);
+        ll_ode_measure_start(&measure, each, m.problem, &m.ode, y);
+        for (int row = 0; row < LL_ODE_ROWS; row++)
+            for (int i = 0; i < dim; i++)
+                assert_true(each[row * dim + i] == (row == LL_ODE_SIZE ? fabs(y[i]) : 0));
+        ll_ode_measure_at(&measure, each, &m.ode, 1, 1, y, y, true);
+        assert_true(measure.error == 0 && measure.error_max == 0 && measure.drift_max == 0);
+        assert_true(ll_ode_measure_rms(&measure) == 0);
+    }
+}
+
 /* ---- integration ---- */
 
 static double *run_to(const made *m, const char *method, double t, double tolerance)
@@ -329,6 +394,8 @@ int main(void)
         cmocka_unit_test(formulas_give_the_published_values),
         cmocka_unit_test(the_ball_bounces_at_its_times),
         cmocka_unit_test(jacobians_are_of_the_system),
+        cmocka_unit_test(systems_depend_on_what_they_say),
+        cmocka_unit_test(a_measure_starts_from_nothing),
         cmocka_unit_test(integration_leads_to_the_solution),
         cmocka_unit_test(energies_stay),
     };
