@@ -149,13 +149,13 @@ static int64_t delay_of(const scene *s, int player)
 static void the_delay_follows_from_the_links(void **state)
 {
     (void)state;
-    static const int lags[] = {1, 20, 40, 50, 63, 79, 90, 120};
+    static const int lags[] = {0, 1, 20, 40, 50, 63, 79, 90, 120};
     static const int budgets[] = {0, 1, 3, 6};
-    for (int i = 0; i < 8 * 4; i++) {
+    for (int i = 0; i < 9 * 4; i++) {
         char a[40], b[40], budget[48];
-        snprintf(a, sizeof a, "players.0.lag_ms=%d", lags[i % 8]);
-        snprintf(b, sizeof b, "players.1.lag_ms=%d", lags[i % 8]);
-        snprintf(budget, sizeof budget, "peers.delay_budget_ticks=%d", budgets[i / 8]);
+        snprintf(a, sizeof a, "players.0.lag_ms=%d", lags[i % 9]);
+        snprintf(b, sizeof b, "players.1.lag_ms=%d", lags[i % 9]);
+        snprintf(budget, sizeof budget, "peers.delay_budget_ticks=%d", budgets[i / 9]);
         const char *const sets[] = {"peers.adaptive_delay=true",
                                     "peers.topology=mesh",
                                     "players.0.clock_phase=0",
@@ -168,14 +168,16 @@ static void the_delay_follows_from_the_links(void **state)
                                     NULL};
         scene s = scene_open("rollback", sets);
         scene_run(&s, 14, NULL);
-        int64_t ticks = (int64_t)ceil(2 * lags[i % 8] / (1000 * TICK) - 1e-9), delay = ticks - budgets[i / 8];
+        int64_t ticks = (int64_t)ceil(2 * lags[i % 9] / (1000 * TICK) - 1e-9), delay = ticks - budgets[i / 9];
         delay = delay < 0 ? 0 : delay > 8 ? 8 : delay;
         for (int p = 0; p < 2; p++) {
             if (delay_of(&s, p) != delay)
-                fail_msg("lag %d, budget %d: %d instead of %d", lags[i % 8], budgets[i / 8],
+                fail_msg("lag %d, budget %d: %d instead of %d", lags[i % 9], budgets[i / 9],
                          (int)delay_of(&s, p), (int)delay);
             assert_int_equal(ll_netgame_choices(s.game, p)->delay_changes, 0);
-            if (ticks <= 8 + budgets[i / 8])
+            if (ticks == 0) /* an input comes with the tick that needs it, after it */
+                continue;
+            if (ticks <= 8 + budgets[i / 9])
                 assert_int_equal(ll_netgame_choices(s.game, p)->deep, 0);
             assert_true(stepping_of(&s, p)->rollback_ticks_max <= ticks - delay);
         }

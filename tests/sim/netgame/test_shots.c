@@ -579,6 +579,39 @@ static void games_without_weapons_keep_no_shots(void **state)
     scene_close(&s);
 }
 
+/* The player holds the trigger while the game restarts in each other mode: what is fired starts in the view
+ * that is drawn then. */
+static void projectiles_start_in_the_view_of_their_tick(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.control=person", NULL};
+    int modes = 0;
+    for (int mode = 0; ll_syncs[mode]; mode++) {
+        scene s = scene_open("cannon_families", sets);
+        ll_netgame_config config = scene_config(s.game);
+        const ll_weapon_prediction *weapons = ll_netgame_weapon_prediction(s.game, 0);
+        const ll_client *c = ll_netgame_client(s.game, 0);
+        int64_t k = 300, fired = 0;
+        scene_run(&s, 5, NULL);
+        act(&s, 0, 0, 0.2, LL_BUTTON_CANNON);
+        if (ll_syncs[mode]->interpolate && config.server.sync != mode) {
+            config.server.sync = mode;
+            s.scenario.kind->change(s.game, &config, s.game->now);
+            modes++;
+        }
+        while (k < 360) {
+            ll_time before = c->drawing.view_time;
+            tick(&s, &k);
+            for (; fired < weapons->fired; fired++)
+                assert_between("start", weapons->projectiles[(fired + 1) % LL_PROJECTILES].start, before,
+                               c->drawing.view_time);
+        }
+        assert_true(fired > 0);
+        scene_close(&s);
+    }
+    assert_true(modes >= 4);
+}
+
 /* ---- the page's shots and the metrics are the same ---- */
 
 typedef struct shown {
@@ -712,6 +745,7 @@ int main(void)
         cmocka_unit_test(a_claim_counts_only_if_client_authoritative),
         cmocka_unit_test(prediction_is_exact_while_shots_fly),
         cmocka_unit_test(block_may_be_moved_and_runs_are_equal),
+        cmocka_unit_test(projectiles_start_in_the_view_of_their_tick),
         cmocka_unit_test(games_without_weapons_keep_no_shots),
         cmocka_unit_test(draining_is_refused_with_a_sentence),
         cmocka_unit_test(shots_that_are_drawn_are_those_counted),

@@ -14,7 +14,7 @@
 #include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
-#include "sim/rigid/rigid.h"
+#include "sim/rigid/records.h"
 #include "support/near.h"
 
 /* ---- helpers ---- */
@@ -651,6 +651,112 @@ static void the_bodies_that_are_awake_are_those_counted(void **state)
     ll_session_destroy(s);
 }
 
+/* ---- what the page draws ---- */
+
+static double value(const ll_rows *rows, int row, const char *name)
+{
+    for (int i = 0; i < rows->record->count; i++)
+        if (strcmp(rows->record->fields[i].name, name) == 0)
+            return ll_field_value(&rows->record->fields[i], ll_rows_at(rows, row)[i]);
+    fail_msg("%s has no %s", rows->record->name, name);
+    return 0;
+}
+
+/* Row of a shape of the body that has the point in its box, but for rounding. */
+static int shape_around(const ll_rows *shapes, double world, double body, double x, double y)
+{
+    const double grid = 0.01;
+    for (int i = 0; i < shapes->count; i++) {
+        double dx = x - value(shapes, i, "x"), dy = y - value(shapes, i, "y");
+        if (value(shapes, i, "world") == world && value(shapes, i, "body") == body &&
+            dx >= value(shapes, i, "left") - grid && dx <= value(shapes, i, "right") + grid &&
+            dy >= value(shapes, i, "bottom") - grid && dy <= value(shapes, i, "top") + grid)
+            return i;
+    }
+    fail_msg("no shape of body %g of world %g is around (%g, %g)", body, world, x, y);
+    return -1;
+}
+
+/* Returns its points, each of which lies on both bodies. */
+static int check_contact(const ll_rows *contacts, int row, const ll_rows *shapes)
+{
+    const int count = (int)value(contacts, row, "count");
+    double world = value(contacts, row, "world"), island[2];
+    if (count > 0)
+        assert_near(hypot(value(contacts, row, "nx"), value(contacts, row, "ny")), 1, 2e-3);
+    for (int k = 0; k < 2; k++) {
+        double x = value(contacts, row, k ? "x1" : "x0"), y = value(contacts, row, k ? "y1" : "y0");
+        assert_int_equal(isnan(x), k >= count);
+        for (int side = 0; side < 2 && k < count; side++)
+            island[side] = value(
+                shapes, shape_around(shapes, world, value(contacts, row, side ? "b" : "a"), x, y), "island");
+    }
+    if (count > 0 && island[0] > 0 && island[1] > 0)
+        assert_true(island[0] == island[1]);
+    return count;
+}
+
+static void check_rows(const char *scene)
+{
+    char text[160];
+    ll_scenario scenario = {0};
+    ll_row_set set = {0};
+    int all = 0;
+    snprintf(text, sizeof text,
+             "{\"kind\":\"rigid\",\"scene\":\"%s\",\"duration_s\":9,\"solver\":{\"sleep\":false},"
+             "\"side_by_side\":[{\"solver\":{\"method\":\"pgs\"}}]}",
+             scene);
+    cJSON *json = cJSON_Parse(text);
+    ok(ll_scenario_parse(json, &scenario));
+    void *block = malloc(scenario.kind->size(scenario.config));
+    ok(scenario.kind->init(block, scenario.config));
+    for (int i = 1; i <= 5; i++) {
+        ok(scenario.kind->advance(block, i * LL_SECOND / 4, NULL, NULL, NULL, NULL));
+        ll_row_set_clear(&set);
+        const int at[] = {ll_row_set_add(&set, &ll_rigid_world_record, true),
+                          ll_row_set_add(&set, &ll_rigid_shape_record, true),
+                          ll_row_set_add(&set, &ll_rigid_contact_record, true),
+                          ll_row_set_add(&set, &ll_rigid_joint_record, true)};
+        ll_row_set_add(&set, &ll_rigid_geometry_record, false);
+        ll_row_set_add(&set, &ll_rigid_vertex_record, false);
+        ll_row_set_add(&set, &ll_rigid_volume_record, false);
+        scenario.kind->fill(block, &set);
+        const ll_rows *worlds = set.rows[at[0]], *contacts = set.rows[at[2]], *joints = set.rows[at[3]];
+        assert_int_equal(worlds->count, 2);
+        for (int world = 0; world < worlds->count; world++) {
+            int pairs = 0, touching = 0, points = 0;
+            for (int k = 0; k < contacts->count; k++) {
+                if (value(contacts, k, "world") != world)
+                    continue;
+                int count = check_contact(contacts, k, set.rows[at[1]]);
+                pairs++;
+                touching += count > 0;
+                points += count;
+            }
+            assert_int_equal(pairs, (int)value(worlds, world, "pairs"));
+            assert_int_equal(touching, (int)value(worlds, world, "touching"));
+            assert_int_equal(points, (int)value(worlds, world, "points"));
+            all += points;
+        }
+        assert_int_equal(joints->count, (int)(value(worlds, 0, "joints") + value(worlds, 1, "joints")));
+    }
+    assert_true(all > 10);
+    ll_row_set_free(&set);
+    free(block);
+    ll_scenario_free(&scenario);
+    cJSON_Delete(json);
+}
+
+/* Bodies with contacts, or with joints too, each in two worlds. Only contacts that are solved are counted, so
+ * that none sleeps. */
+static void contacts_that_are_drawn_are_those_counted(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"card_house", "cart", "ramps", "domino"};
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++)
+        check_rows(scenes[i]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -671,6 +777,7 @@ int main(void)
         cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
         cmocka_unit_test(the_bodies_that_are_awake_are_those_counted),
+        cmocka_unit_test(contacts_that_are_drawn_are_those_counted),
         cmocka_unit_test(measures_are_sums_over_the_bodies),
         cmocka_unit_test(the_worst_is_that_of_all_steps),
         cmocka_unit_test(sleep_and_depth_are_those_of_the_steps),
