@@ -49,22 +49,26 @@ class Bytes {
   }
 }
 
-/** What an integer stands for, as a text frame has it. @param {any} property @param {bigint} n */
-function valueOf(property, n) {
-  const [coding, bits] = property['x-coding'].split(' ');
+/** What the integers of a field stand for, as a text frame has them. @param {any} property @returns {(n: bigint) => any} */
+function meaning(property) {
+  const [coding, digits] = property['x-coding'].split(' '),
+    bits = BigInt(digits ?? 0),
+    scale = 2 ** Number(bits);
   const names = property.enum ?? property.items?.enum,
     numbers = property['x-numbers'] ?? names?.map((_, i) => i);
-  if (property.items) return names.filter((_, i) => (n >> BigInt(numbers[i])) & 1n);
-  if (names) return names[numbers.indexOf(Number(n))];
-  if (property.type === 'boolean') return n !== 0n;
-  if (coding === 'int') return Number(n);
-  if (n === NONE || n === END || n === -END) return null;
-  if (coding === 'step') return Number(n) / 2 ** Number(bits);
-  const size = n < 0n ? -n : n,
-    exponent = Number(size >> BigInt(bits)),
-    part = Number(size & ((1n << BigInt(bits)) - 1n)) / 2 ** Number(bits);
-  const value = exponent === 0 ? part * 2 ** -1022 : 2 ** (exponent - 1023) * (1 + part);
-  return n < 0n ? -value : value;
+  if (property.items) return (n) => names.filter((_, i) => (n >> BigInt(numbers[i])) & 1n);
+  if (names) return (n) => names[numbers.indexOf(Number(n))];
+  if (property.type === 'boolean') return (n) => n !== 0n;
+  if (coding === 'int') return Number;
+  return (n) => {
+    if (n === NONE || n === END || n === -END) return null;
+    if (coding === 'step') return Number(n) / scale;
+    const size = n < 0n ? -n : n,
+      exponent = Number(size >> bits),
+      part = Number(size & ((1n << bits) - 1n)) / scale;
+    const value = exponent === 0 ? part * 2 ** -1022 : 2 ** (exponent - 1023) * (1 + part);
+    return n < 0n ? -value : value;
+  };
 }
 
 /** @param {Bytes} bytes @param {bigint[]} row */
@@ -149,7 +153,8 @@ export function reader(api) {
       .map((schema) => {
         const { id, name, form } = schema['x-record'];
         const fields = Object.entries(schema.properties).filter(([, property]) => property['x-coding']);
-        return [id, { id, name, form, fields }];
+        const values = fields.map(([, property]) => meaning(property));
+        return [id, { id, name, form, fields, values }];
       }),
   );
   /** @type {Map<number, Section>} */
@@ -190,13 +195,17 @@ export function reader(api) {
         lost: 0,
       };
       for (const [id, section] of kept) {
-        const { name, form, fields } = tables.get(id);
+        const { name, form, fields, values } = tables.get(id);
         if (form === 'log') frame.lost = section.lost;
-        frame[name] = section.rows.map((row, i) => ({
-          ...(form === 'log' ? { id: section.first + i } : {}),
-          ...Object.fromEntries(fields.map(([field, property], k) => [field, valueOf(property, row[k])])),
-          ...(form === 'grid' ? { values: section.planes[i] } : {}),
-        }));
+        const make = () =>
+          section.rows.map((row, i) => ({
+            ...(form === 'log' ? { id: section.first + i } : {}),
+            ...Object.fromEntries(fields.map(([field], k) => [field, values[k](row[k])])),
+            ...(form === 'grid' ? { values: section.planes[i] } : {}),
+          }));
+        /** @type {any[] | undefined} */
+        let rows; // made when somebody looks: most are compared in some frames only
+        Object.defineProperty(frame, name, { enumerable: true, get: () => (rows ??= make()) });
       }
       return frame;
     },
