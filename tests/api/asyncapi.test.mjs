@@ -88,7 +88,6 @@ function checkRate(frames, name, n) {
 }
 
 const channelsOf = (stream) => stream.hello.channels.map(({ name }) => name);
-const rates = (stream, hz) => Object.fromEntries(channelsOf(stream).map((name) => [name, hz]));
 
 // ---- the tables ----
 
