@@ -1,27 +1,8 @@
-// The paper's claims as experiments: what each of scenarios/experiments is for shows in its rows.
+// The paper's claims as experiments: what each of scenarios/experiments is for shows in its rows. claims.all.test.mjs has the longest.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { spawnSync } from 'node:child_process';
-import { readdirSync } from 'node:fs';
-import path from 'node:path';
-import { fileURLToPath } from 'node:url';
-import { BINARY } from '../lib/daemon.mjs';
-
-const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
-const checked = new Set();
-
-/** @param {string} name @returns {Record<string, any>[]} a row per point */
-function points(name) {
-  const result = spawnSync(BINARY, ['sweep', `experiments/${name}`, '--points', '--format', 'json'], { encoding: 'utf8', timeout: 600000 });
-  assert.equal(result.status, 0, result.stderr);
-  checked.add(name);
-  return JSON.parse(result.stdout);
-}
-
-/** @param {Record<string, any>[]} rows @param {Record<string, any>} values @param {string} metric */
-const along = (rows, values, metric) =>
-  rows.filter((row) => Object.entries(values).every(([key, value]) => row[key] === value)).map((row) => row[metric]);
-const rises = (/** @type {number[]} */ values) => values.every((value, i) => i === 0 || value >= values[i - 1]);
+import { readFileSync, readdirSync } from 'node:fs';
+import { along, points, rises } from '../lib/claims.mjs';
 
 test('error against dt: the slope of each integrator is its order', () => {
   const rows = points('integrators');
@@ -45,7 +26,8 @@ test('error against dt: the slope of each integrator is its order', () => {
 });
 
 test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of them late', () => {
-  for (const row of points('dejitter')) {
+  const rows = points('dejitter');
+  for (const row of rows) {
     // A client looks once in 1/60 s, so a state may be half of that later without being late.
     const wanted = Math.max(0, 1 - (row['players.0.dejitter_ms'] + 1000 / 120) / 490);
     const found = row['players.0.dejitter.late_ratio'];
@@ -54,7 +36,7 @@ test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of t
       `${row['players.0.dejitter_ms']} ms: ${found}, not ${wanted}`,
     );
   }
-  assert.equal(points('dejitter').at(-1)['players.0.dejitter.underruns'], 0);
+  assert.equal(rows.at(-1)['players.0.dejitter.underruns'], 0);
 });
 
 test('lag against what is felt and seen: prediction takes the round trip out of the own car', () => {
@@ -91,15 +73,6 @@ test('loss against lockstep: all wait, and with a free server or buckets none', 
   assert.ok(along(rows, { 'server.sync': 'bucket' }, 'server.steps_per_s').every((value) => value > 29.9));
 });
 
-test('rewind limit: more hits behind cover, fewer hits that do not count', () => {
-  const rows = points('rewind_cover');
-  const behind = along(rows, {}, 'players.1.shots.hitscan.shot_behind_cover'),
-    missed = along(rows, {}, 'players.1.shots.hitscan.false_misses');
-  // without rewinding only a victim that is hit while its own view, ahead of the server, shows it hidden
-  assert.ok(rises(behind) && behind[0] < 0.5 && behind[6] > 20, String(behind));
-  assert.ok(missed[0] > 50 && missed[6] === 0, String(missed));
-});
-
 test('relay or mesh: without the wait rollbacks are shorter, and no client stalls for longer', () => {
   const rows = points('topologies');
   const of = (/** @type {string} */ metric) =>
@@ -111,25 +84,6 @@ test('relay or mesh: without the wait rollbacks are shorter, and no client stall
   assert.ok(up[1].every((value, i) => value < 1.2 * up[0][i]) && down[1].every((value, i) => value > 2 * down[0][i]), `${up} and ${down}`);
 });
 
-test('policies of lag compensation: the shooter bears the lag, its victims, or both by its amount', () => {
-  const rows = points('lag_policies');
-  const of = (/** @type {string} */ policy, /** @type {string} */ metric) =>
-    along(rows, { 'server.hitscan': policy }, `players.1.shots.${metric}`);
-  const [none, rewind, hybrid, veto] = ['none', 'rewind', 'hybrid', 'victim_veto'].map((policy) => ({
-    favour: of(policy, 'hitscan.favour_the_shooter'),
-    longest: of(policy, 'behind_cover_ms.max'),
-    hits: of(policy, 'behind_cover_ms.count'),
-  }));
-  assert.ok(none.favour[4] < none.favour[0] - 0.3, String(none.favour));
-  assert.ok(rewind.favour.every((value) => value > 0.99) && rises(rewind.longest), String(rewind.longest));
-  assert.ok(hybrid.favour[0] === rewind.favour[0] && hybrid.favour[4] === none.favour[4], String(hybrid.favour));
-  for (let i = 0; i < 5; i++) {
-    assert.ok(hybrid.favour[i] >= none.favour[i] && hybrid.favour[i] <= rewind.favour[i]);
-    // A's own two ways of 40 ms, the grace of 100 ms, four ticks and an update
-    assert.ok(veto.longest[i] <= 280 && veto.hits[i] <= rewind.hits[i], String(veto.longest));
-  }
-});
-
 test('iterations against the drift of a stack: each doubling more than halves it', () => {
   const rows = points('stack_iterations');
   for (const method of ['pgs', 'pgs_ngs']) {
@@ -139,31 +93,12 @@ test('iterations against the drift of a stack: each doubling more than halves it
   }
 });
 
-test('transports against loss: one stream holds up what is behind a lost message, datagrams do not', () => {
-  const rows = points('transports'),
-    loss = 'players.0.link.up.loss_pct',
-    T = 1000 / 30;
-  const age = (/** @type {string} */ transport, part = 'mean') =>
-    along(rows, { 'server.transport': transport }, `players.0.age_of_information_ms.${part}`);
-  const pct = along(rows, { 'server.transport': 'udp' }, loss);
-  assert.deepEqual(pct, [0, 0.5, 1, 2, 3, 5]);
-  for (const transport of ['tcp', 'quic', 'webrtc'])
-    assert.ok(Math.abs(age(transport)[0] - age('udp')[0]) < 1e-6, `without loss ${transport} is as fast as udp`);
-  for (const [i, percent] of pct.entries()) {
-    // The newest of states that arrive every T, each with probability 1 - p: mean age d + T / 2 (1 + p) / (1 - p).
-    const p = percent / 100,
-      more = (T / 2) * ((1 + p) / (1 - p) - 1);
-    for (const transport of ['udp', 'webrtc'])
-      assert.ok(Math.abs(age(transport)[i] - age(transport)[0] - more) < 0.4, `${transport} ${percent} %: ${age(transport)}`);
-    if (i > 0) assert.ok(age('tcp')[i] > age('quic')[i] && age('quic')[i] > age('udp')[i] + 1, `${percent} %`);
-    // A lost state is sent again when three later ones were acknowledged: it and those behind it are up to 3 T + R late.
-    if (i > 0) assert.ok(age('tcp', 'p99')[i] > age('tcp', 'p99')[0] + 0.5 * (3 * T + 100));
-  }
-});
-
 test('every experiment of the library is checked', () => {
-  const all = readdirSync(path.join(ROOT, 'scenarios/experiments'))
+  const at = (/** @type {string} */ name) => new URL(name, import.meta.url),
+    texts = ['claims.test.mjs', 'claims.all.test.mjs'].map((name) => readFileSync(at(name), 'utf8')).join(),
+    checked = [...texts.matchAll(/points\('(\w+)'\)/g)].map(([, name]) => name);
+  const all = readdirSync(at('../../scenarios/experiments'))
     .map((name) => name.replace('.json', ''))
     .filter((name) => !name.startsWith('published_')); // those are in published.test.mjs
-  assert.deepEqual([...checked].sort(), all.sort());
+  assert.deepEqual(checked.sort(), all.sort());
 });

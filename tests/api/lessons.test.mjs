@@ -1,4 +1,4 @@
-// The questions of lessons, asked of the engine; and that a lesson which is wrong is found.
+// Questions of lessons, asked of the engine; and that a lesson which is wrong is found.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
@@ -19,7 +19,7 @@ import {
   textsOf,
   withNumbers,
 } from '../../docs/lessons.mjs';
-import { CARDS, cards, layout as layoutCards } from '../../docs/cards.mjs';
+import { CARDS } from '../../docs/cards.mjs';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 import { findings, readList } from '../structure/words.mjs';
@@ -30,7 +30,10 @@ const read = (/** @type {string} */ id) => JSON.parse(textOf(id));
 const asked = engine(BINARY);
 const ids = lessonIds();
 
-for (const id of ids)
+/** One of each kind of scenario, and one of the paper; lessons.all.test.mjs asks the engine about all. */
+const FIRST = ['late_answer', 'keeps_energy', 'falling_stack', 'vanishing_smoke', 'figure_1'];
+
+for (const id of FIRST)
   test(`${id}: the engine gives its answers and numbers`, () => {
     assert.deepEqual(problems(read(id), asked), []);
     assert.equal(textOf(id), `${layout(withNumbers(read(id), asked))}\n`, 'node docs/lessons.mjs writes it');
@@ -59,10 +62,6 @@ test('each lesson says what each step leaves to be used: time, and what the chan
     for (const step of ['predict', 'run', 'observe', 'explain'])
       assert.ok(controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.')), `${id} ${step}`);
   }
-});
-
-test('what the cards play is what the engine gives', () => {
-  assert.equal(readFileSync(CARDS, 'utf8'), layoutCards(cards(asked)), 'node docs/cards.mjs writes it');
 });
 
 test('every question has a card whose trouble moves far enough to be seen: an eighth of its width', () => {

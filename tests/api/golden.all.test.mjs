@@ -1,4 +1,4 @@
-// The binary that users run is inlined across files; the programs of ctest link the ordinary code. Both give the golden hashes.
+// The program gives the golden hashes; tests/golden holds the same objects against them in the default tier.
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { readFileSync } from 'node:fs';
