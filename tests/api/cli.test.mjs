@@ -8,7 +8,7 @@ import Ajv2020 from 'ajv/dist/2020.js';
 import { ROOT, SCENARIOS, checkBadValues, checkRepeats, folder, good, ids, laglab, refused, run, scenario, schema } from '../lib/cli.mjs';
 import { parseCsv } from '../lib/csv.mjs';
 
-/** What tells one game, scene or problem from another. */
+/** By these one game, scene or problem differs from another. */
 const KIND = ['kind', 'game', 'scene', 'problem'];
 
 // ---- run ----

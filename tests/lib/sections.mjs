@@ -204,7 +204,7 @@ export function reader(api) {
             ...(form === 'grid' ? { values: section.planes[i] } : {}),
           }));
         /** @type {any[] | undefined} */
-        let rows; // made when somebody looks: most are compared in some frames only
+        let rows; // made when they are read: most are in some frames only
         Object.defineProperty(frame, name, { enumerable: true, get: () => (rows ??= make()) });
       }
       return frame;
