@@ -724,7 +724,7 @@ test('advise knows for every kind what may vary and what it costs', () => {
     ['race', 'players.0.own_lead_m.mean', '2', 'players.0.bandwidth.down_bytes_per_s', 7 * 2 * 2 * 2 * 4, ['--set', 'warmup_s=0']],
     ['rigid/pyramid', 'drift_worst_m', '0.01', 'passes_per_s', 7 * 3 * 6], // all solvers
     ['fluid/hydrostatic', 'pressure_error_rms', '0.1', 'cell_visits', 3 * 4 * 3], // of particles: no cells, no pressure solver
-    ['fluid/taylor_green', 'error_l2', '1', 'cell_visits', 4 * 6 * 4 * 3],
+    ['fluid/taylor_green', 'error_l2', '1', 'cell_visits', 4 * 6 * 4 * 3, ['--set', 'params.n=16']],
   ];
   for (const [scenario, metric, limit, cost, runs, more = []] of cases) {
     const answer = JSON.parse(good(['advise', scenario, '--metric', metric, '--max-error', limit, '--set', 'duration_s=0.2', ...more]));

@@ -38,7 +38,7 @@ const outcome = (...args) =>
   });
 
 /** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
-function writeOrbits(name, runs, dt_s = 0.001) {
+function writeOrbits(name, runs, dt_s) {
   const count = runs / 10;
   const orbits = {
     scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s }] },
@@ -52,7 +52,7 @@ function writeOrbits(name, runs, dt_s = 0.001) {
 
 before(() => {
   folder = mkdtempSync(path.join(tmpdir(), 'laglab-chaos-'));
-  good('sweep', writeOrbits('orbits.json', RUNS, 0.0002), '--out', 'undisturbed.csv');
+  good('sweep', writeOrbits('orbits.json', RUNS, 0.0005), '--out', 'undisturbed.csv');
   undisturbed = checksum('undisturbed.csv');
 });
 after(() => rmSync(folder, { recursive: true, force: true }));
@@ -146,7 +146,7 @@ test('a full or read-only store is reported, and finished runs are not lost', {
   const disk = file('disk'),
     on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 600000 });
   mkdirSync(disk);
-  const experiment = `../${writeOrbits('small.json', 3000)}`;
+  const experiment = `../${writeOrbits('small.json', 3000, 0.01)}`;
   try {
     execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=400k', 'none', disk], { stdio: 'pipe' });
   } catch {

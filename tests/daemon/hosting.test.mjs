@@ -163,14 +163,17 @@ test('sessions that would exceed the memory limit are refused, and harm no other
   const daemon = await start(t, { args: ['--park-after-s', '0.3', '--max-memory-mib', '48'] });
   const c = client(daemon.url);
   const large = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 256 } }; // 30 MiB with the states that it keeps
-  const first = await c.make(large);
+  const first = await c.make(large),
+    awake = await c.stream(first, 'bin', { subscribe: {} }); // which is watched is not parked
   assert.ok((await gauge(c, 'sessions_memory_bytes')) > 16 * 2 ** 20);
   const refused = await c.call('POST', '/api/v1/sessions', { body: large });
   assert.equal(refused.status, 503);
   assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; awake sessions use [\d.]+ of 48\.0 MiB/);
   assert.equal((await c.get(first.links.self)).status, 200);
+  await awake.close();
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 1, 'the first to be parked');
   const second = await c.make(large);
+  await c.stream(second, 'bin', { subscribe: {} });
   assert.equal((await c.get(first.links.state)).status, 503);
   assert.match((await c.get('/metrics')).text, /^laglab_refused_total\{limit="memory"\} 2$/m);
   assert.equal((await c.call('DELETE', second.links.self, { key: second.owner_key })).status, 204);
