@@ -330,7 +330,12 @@ test('freeze pauses the board and copies, also against play; its end resumes wha
   assert.equal((await own(b, b.token, 'pause')).status, 200, 'a token owns its copy');
   assert.equal((await own(a, b.token, 'pause')).status, 403);
   await room.set({ frozen: true, together: true });
+  const ticks = await Promise.all([room.board.id, a.copy].map(async (id) => (await session(id)).tick));
   for (const id of [room.board.id, a.copy, b.copy]) await waitFor(async () => (await session(id)).status === 'paused', 'the freeze');
+  for (const [i, id] of [room.board.id, a.copy].entries()) {
+    const more = (await session(id)).tick - ticks[i];
+    assert.ok(more <= 60, `${more} ticks after the answer: docs/class.md has a second`);
+  }
   assert.equal((await own(a, a.token, 'play')).status, 403, 'frozen');
   assert.equal((await own(a, a.copy_key, 'play')).status, 200);
   await waitFor(async () => (await session(a.copy)).status === 'paused', 'it is held again');

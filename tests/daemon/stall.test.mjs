@@ -1,5 +1,6 @@
 // No request is long on the threads that all clients share, by the processor time of these threads: the heaviest requests of every
-// operation, one at a time; and 32 clients with all of them at random, valid and damaged, leave control calls of another session prompt.
+// operation, one at a time; and of 32 clients with all of them at random, valid and damaged, control calls of another session do not wait
+// for the requests.
 // bench/stall.mjs measures.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -14,8 +15,8 @@ const SHARED = /^(?:control|MHD-worker)$/, // those that run handlers of short r
   MOST_MS = 4, // of processor time; the most is 1.5
   MEGABYTE_MS = 2, // more for each of the answer, which is sent in parts
   TIMES = 3; // the least counts: the first fills caches
-const STORM_S = Number(process.env.LAGLAB_STORM_S ?? 10),
-  P99_MS = 500,
+const CLIENTS = 32,
+  CALLS = 150, // of the other; each of the clients gets about a quarter of this many answers
   SEED = Number(process.env.LAGLAB_RANDOM_SEED ?? 20261129);
 const ARGS = [
   '--request-cpu-s',
@@ -91,15 +92,18 @@ test('no request takes long on the threads that all clients share', async () => 
   assert.deepEqual(long, []);
 });
 
-test('32 clients with any of them at random, also damaged: control calls of others are prompt', async () => {
+test('32 clients with any of them at random, also damaged: control calls of another do not wait for theirs', async () => {
   const other = await witness(daemon.url);
   const requests = operations.flatMap(({ id, method, path }) => requestsOf(method, path, HEAVY[id]?.(place) ?? [], place));
-  const load = await storm(daemon.url, requests, 32, SEED);
-  const { took: _, ...seen } = await other.look(STORM_S),
+  const load = await storm(daemon.url, requests, CLIENTS, SEED);
+  const { took: _, ...seen } = await other.look(Infinity, CALLS),
     statuses = await load.end();
   const faults = Object.keys(statuses).filter((status) => Number(status) >= 500 && status !== '503' && status !== '507');
   await other.close();
   process.stderr.write(`control calls: ${JSON.stringify(seen)}, the others' answers: ${JSON.stringify(statuses)}\n`);
   assert.deepEqual(faults, [], JSON.stringify(statuses));
-  assert.ok(seen.p99 < P99_MS, `p99 ${seen.p99} ms of ${seen.count} control calls, seed ${SEED}`);
+  // All send one request after another. Calls that wait for requests of the clients are as few as these.
+  const each = Object.values(statuses).reduce((sum, n) => sum + n, 0) / CLIENTS;
+  assert.ok(each > 1, 'the clients were at work');
+  assert.ok(CALLS > 1.5 * each, `${CALLS} control calls, and ${each} answers to each client, seed ${SEED}`);
 });

@@ -42,12 +42,12 @@ export async function witness(url) {
     if (binary) received.push(performance.now());
   });
   return {
-    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long. */
-    async look(/** @type {number} */ seconds) {
+    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long or so many calls. */
+    async look(/** @type {number} */ seconds, calls = Infinity) {
       const took = /** @type {number[]} */ ([]),
         from = performance.now(),
         first = received.length;
-      while (performance.now() - from < 1000 * seconds) {
+      while (performance.now() - from < 1000 * seconds && took.length < calls) {
         const before = performance.now();
         const answer = await c.call('POST', `/api/v1/sessions/${stepped.id}/control`, {
           key: stepped.owner_key,
