@@ -220,7 +220,7 @@ async function mute(of) {
   return socket;
 }
 
-// By the order of ends, not by time: one that waits for a viewer for a minute is still there when the other, which waits for nobody, is not.
+// By the order of ends, not by time: one that waits for a viewer for a minute is still there when the other, which does not wait, is not.
 test('SIGTERM ends the daemon while ticks are made, after --drain-s', async (t) => {
   const victim = await startDaemon({ args: ['--drain-s', '0'] }),
     patient = await startDaemon({ args: ['--drain-s', '60'] }),

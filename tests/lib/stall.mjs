@@ -42,7 +42,7 @@ export async function witness(url) {
     if (binary) received.push(performance.now());
   });
   return {
-    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long or so many calls. */
+    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long or that number of calls. */
     async look(/** @type {number} */ seconds, calls = Infinity) {
       const took = /** @type {number[]} */ ([]),
         from = performance.now(),
