@@ -176,8 +176,11 @@ tidy_stage() { # [--all]
 # A test of tier `all` has the label `all` in ctest, or is a file NAME.all.test.mjs, or is in the folder browsers, cost or container.
 
 all='' # 1: with the tests of that tier
-# The rooms that read bytes of strangers: in the default tier, too, under the sanitizers of addresses and of undefined behaviour.
-FOREIGN=(param record session daemon experiment link netcode/snapshot fuzz)
+# What reads bytes of strangers: in the default tier, too, under the sanitizers of addresses and of undefined behaviour. Of these
+# rooms what computes (advice, statistics, queues) comes with all other rooms in tier all.
+FOREIGN=(fuzz param record daemon netcode/snapshot link/profile link.table link.profile link.presets
+    experiment/spec experiment/format experiment/report experiment/store
+    session.changes session.failure session.frame session.packed session.session session.timeline session.workload)
 
 gives_way() { renice -n 10 -p "$BASHPID" >/dev/null; }
 of_all() { [ -z "$all" ] || stage "$@"; }
