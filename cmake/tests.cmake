@@ -11,13 +11,16 @@ set(tests_dir ${PROJECT_SOURCE_DIR}/tests)
 # They are compiled more often than run: -O3 takes 1.5 times as long to compile and changes no test's time.
 set(test_options $<$<NOT:$<CONFIG:Debug>>:-O1> $<$<C_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>) # which gcc guesses at -O1
 
-# Published statistics, which only a change of their method can move; other CPUs; more of what another test samples.
+# More of what another test samples (tests/support/many.h).
+set(tests_of_many experiment.advise_many fluid.team_many rigid.team_many sim.detection_many sim.outages_many sim.peers_many)
+# Published statistics, which only a change of their method can move; other CPUs; more samples.
 set(tests_of_all experiment.interval_coverage experiment.interval_runs experiment.until_coverage golden.aarch64 golden.riscv64 oracle.netgame_more
-    sim.outages_many)
+    ${tests_of_many})
 # Seconds of the longest, which begin first, so that no core is idle at the end.
-set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 daemon.web_server_stream 28 experiment.advise 20
-    sim.peers 15 rigid.team 13 sim.outages_many 12 experiment.interval_runs 8 experiment.until_coverage 8 fluid.team 8 golden.golden_1 7
-    golden.golden_2 7 sim.detection 6 oracle.netgame_more 6)
+set(seconds_of_tests golden.aarch64 40 golden.riscv64 40 experiment.interval_coverage 33 daemon.web_server_stream 28 experiment.advise_many 20
+    rigid.team_many 14 daemon.wanted 13 sim.peers_many 13 experiment.advise 12 sim.outages_many 12 rigid.team 9 sim.detection_many 9
+    experiment.interval_runs 8 experiment.until_coverage 8 fluid.team_many 8 golden.golden_1 7 golden.golden_2 7 experiment.refinement_series 6
+    oracle.netgame_more 6 fluid.team 5 sim.peers 5 experiment.tradeoff 4 sim.detection 3)
 
 file(GLOB support_sources CONFIGURE_DEPENDS ${tests_dir}/support/*.c)
 if(support_sources)
@@ -89,7 +92,10 @@ foreach(source IN LISTS test_sources)
         laglab_test(${room}.${name} ${room} test_${room} ${name})
     endif()
 endforeach()
-laglab_test(sim.outages_many sim test_sim outages many)
+foreach(name IN LISTS tests_of_many)
+    string(REGEX MATCH "^([a-z]+)\\.(.+)_many$" name ${name})
+    laglab_test(${name} ${CMAKE_MATCH_1} test_${CMAKE_MATCH_1} ${CMAKE_MATCH_2} many)
+endforeach()
 list(REMOVE_DUPLICATES test_rooms)
 foreach(room IN LISTS test_rooms)
     set(groups ${PROJECT_BINARY_DIR}/tests/${room}/groups.inc)

@@ -3,7 +3,12 @@
 
 #include <inttypes.h>
 
+#include "support/many.h"
 #include "threads/team.h"
+
+enum { FEW_STEPS = 6 };
+
+static int share = 3; /* of the steps, but at least FEW_STEPS; `test_rigid team many`: all */
 
 typedef struct trial {
     const char *scene;
@@ -43,7 +48,8 @@ static void compare(const trial *t, const int threads[TEAMS_MAX])
         shared[teams] = lab_standard(t->scene, t->args);
         ok(ll_team_make(threads[teams], &team[teams]));
     }
-    for (int i = 0; i < t->steps; i++) {
+    int steps = t->steps / share > FEW_STEPS ? t->steps / share : FEW_STEPS;
+    for (int i = 0; i < steps; i++) {
         lab_run(&alone, 1);
         uint64_t expected = ll_rigid_hash(alone.world);
         ll_rigid_stats a = ll_rigid_get_stats(alone.world);
@@ -154,8 +160,10 @@ static void the_same_bits_where_many_bounce_at_once(void **state)
     free(shared);
 }
 
-int main(void)
+int main(int count, char **arguments)
 {
+    if (ll_test_many(count, arguments))
+        share = 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_same_bits_by_any_number),
         cmocka_unit_test(the_same_bits_where_many_bounce_at_once),

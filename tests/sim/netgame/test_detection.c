@@ -11,16 +11,18 @@
 #include <cmocka.h>
 
 #include "link/line/presets.h"
+#include "support/many.h"
 #include "support/near.h"
 #include "support/scene.h"
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
-#define RATE_SEEDS 1
-#define REACTION_SEEDS 1 /* where tests must be fast */
+enum { FEW_RATE_SEEDS = 1, PRESET_STRIDE = 4 }; /* where tests must be fast */
 #else
-#define RATE_SEEDS 8
-#define REACTION_SEEDS 3
+enum { FEW_RATE_SEEDS = 2, PRESET_STRIDE = 1 };
 #endif
+enum { MANY_RATE_SEEDS = 8, FEW_REACTION_SEEDS = 1, MANY_REACTION_SEEDS = 3 };
+
+static int rate_seeds = FEW_RATE_SEEDS, reaction_seeds = FEW_REACTION_SEEDS; /* per preset of links */
 
 static const ll_detection *detection(const scene *s, int player)
 {
@@ -136,15 +138,14 @@ static void honest_rates_raise_no_alarm(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"free", "lockstep_pipelined", "gambetta"};
-    enum { SEEDS = RATE_SEEDS };
     sum all = {0};
     for (int preset = 0; ll_link_presets[preset].name; preset++)
         for (int k = 0; k < 3; k++)
-            for (int seed = 1; seed <= SEEDS; seed++)
+            for (int seed = 1; seed <= rate_seeds; seed++)
                 run_over("race", ll_link_presets[preset].name, syncs[k], seed, 30, &all);
     print_message("%lld players, %lld alarms, at most %g inputs too many\n", (long long)all.players,
                   (long long)all.rate, all.most);
-    assert_true(all.players >= 2 * 3 * SEEDS * 30);
+    assert_true(all.players >= 2 * 3 * rate_seeds * 30);
     assert_true((double)all.rate <= permitted(all.players));
 }
 
@@ -152,10 +153,9 @@ static void honest_rates_raise_no_alarm(void **state)
 static void honest_reactions_raise_no_alarm(void **state)
 {
     (void)state;
-    enum { SEEDS = REACTION_SEEDS };
     sum all = {0};
     for (int preset = 0; ll_link_presets[preset].name; preset++)
-        for (int seed = 1; seed <= SEEDS; seed++)
+        for (int seed = 1; seed <= reaction_seeds; seed++)
             run_over("aim_bot", ll_link_presets[preset].name, "free", seed, 240, &all);
     print_message("%lld players, %lld shots, %lld fast, %lld cleared, %lld alarms\n", (long long)all.players,
                   (long long)all.shots, (long long)all.fast, (long long)all.cleared, (long long)all.reaction);
@@ -168,10 +168,10 @@ static void honest_aims_raise_no_alarm(void **state)
 {
     (void)state;
     int64_t shots = 0, snaps = 0, tests = 0, alarms = 0, players = 0;
-    for (int preset = 0; ll_link_presets[preset].name; preset++)
-        for (int seed = 1; seed <= REACTION_SEEDS; seed++) {
-            if (REACTION_SEEDS == 1 && preset % 4 != 0)
-                continue;
+    for (int preset = 0; ll_link_presets[preset].name; preset++) {
+        if (preset % PRESET_STRIDE != 0)
+            continue;
+        for (int seed = 1; seed <= reaction_seeds; seed++) {
             scene s = open_over("aim_bot", ll_link_presets[preset].name, "free", seed, "turn");
             scene_run(&s, 240, NULL);
             for (int p = 0; p < 2; p++) {
@@ -182,6 +182,7 @@ static void honest_aims_raise_no_alarm(void **state)
             }
             scene_close(&s);
         }
+    }
     print_message("%lld players, %lld turns, %lld snaps, %lld tests, %lld alarms\n", (long long)players,
                   (long long)shots, (long long)snaps, (long long)tests, (long long)alarms);
     assert_true(shots > 10 * players && tests >= players);
@@ -269,7 +270,7 @@ static void an_aim_bot_is_found_by_its_aim(void **state)
     (void)state;
     int64_t shots = 0, snaps = 0, runs = 0;
     double latest = 0, sum_s = 0;
-    for (int seed = 1; seed <= 12; seed += REACTION_SEEDS > 1 ? 1 : 6) {
+    for (int seed = 1; seed <= 12; seed += reaction_seeds > 1 ? 1 : 6) {
         char number[32];
         snprintf(number, sizeof number, "seed=%d", seed);
         const char *const sets[] = {number, "players.0.script=turn", "players.1.script=turn", NULL};
@@ -293,7 +294,7 @@ static void an_aim_bot_is_found_by_its_aim(void **state)
 static void the_scenario_takes_no_honest_player_for_a_bot(void **state)
 {
     (void)state;
-    for (int seed = 1; seed <= 20; seed += REACTION_SEEDS > 1 ? 1 : 7) {
+    for (int seed = 1; seed <= 20; seed += reaction_seeds > 1 ? 1 : 7) {
         char number[32];
         snprintf(number, sizeof number, "seed=%d", seed);
         const char *const sets[] = {number, NULL};
@@ -308,8 +309,12 @@ static void the_scenario_takes_no_honest_player_for_a_bot(void **state)
     }
 }
 
-int main(void)
+int main(int count, char **arguments)
 {
+    if (ll_test_many(count, arguments)) {
+        rate_seeds = MANY_RATE_SEEDS;
+        reaction_seeds = MANY_REACTION_SEEDS;
+    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(off_there_is_not_a_byte_of_it),
         cmocka_unit_test(the_game_is_the_same),

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "support/many.h"
 #include "support/near.h"
 #include "support/scene.h"
 
@@ -449,7 +450,7 @@ static void predicted_inputs_are_felt_at_the_next_display(void **state)
 
 int main(int count, char **arguments)
 {
-    if (count > 1 && strcmp(arguments[1], "many") == 0)
+    if (ll_test_many(count, arguments))
         outages = MANY_OUTAGES;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(predicted_inputs_are_felt_at_the_next_display),

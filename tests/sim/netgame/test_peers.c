@@ -12,6 +12,7 @@
 
 #include "base/rng.h"
 #include "sim/netgame/world_log.h"
+#include "support/many.h"
 #include "support/near.h"
 #include "support/stride.h"
 
@@ -329,6 +330,8 @@ static void deterministic_lockstep_draws_the_newest_confirmed_tick(void **state)
 
 /* ---- sync test ---- */
 
+static int sync_test_s = 4; /* of each game, two of them to warm up; `test_sim peers many`: 12 */
+
 static void going_back_and_on_changes_nothing_in_any_game(void **state)
 {
     (void)state;
@@ -343,10 +346,11 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
                 ll_games[game]->name);
             const char *const sets[] = {peer_syncs[i], NULL};
             scene s = scene_make(text, sets);
-            scene_run(&s, 12, NULL);
+            scene_run(&s, sync_test_s, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_client_metrics(s.game, p)->stepping;
-                assert_int_equal(n->sync_tests, 600); /* after the warm-up, at any phase of the clock */
+                assert_int_equal(n->sync_tests,
+                                 60 * (sync_test_s - 2)); /* after the warm-up, at any phase of the clock */
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
                              (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
@@ -355,8 +359,10 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
         }
 }
 
-int main(void)
+int main(int count, char **arguments)
 {
+    if (ll_test_many(count, arguments))
+        sync_test_s = 12;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(links_hold_the_longest_packets),
         cmocka_unit_test(two_honest_clients_agree_at_every_tick),
