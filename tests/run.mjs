@@ -56,7 +56,7 @@ function table() {
 
 /** The browser of one worker, started when a file first asks for it, and again when it has ended. */
 class Browser {
-  /** @type {Promise<import('playwright-core').BrowserServer> | null} */
+  /** @type {ReturnType<typeof import('./page/lib.mjs').serve> | null} */
   #server = null;
 
   async address() {
@@ -64,13 +64,13 @@ class Browser {
       this.#server = null;
       throw error;
     });
-    return (await this.#server).wsEndpoint();
+    return (await this.#server).address;
   }
 
   async #start() {
     const { serve } = await import('./page/lib.mjs');
     const server = await serve();
-    server.on('close', () => {
+    server.browser.on('disconnected', () => {
       this.#server = null;
     });
     return server;
@@ -78,7 +78,7 @@ class Browser {
 
   async close() {
     const server = await this.#server?.catch(() => null);
-    await server?.close();
+    await server?.browser.close();
   }
 }
 

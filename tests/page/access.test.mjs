@@ -4,9 +4,10 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, dialogOf, launch, refreshes, runOn, settles, SIZES, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
@@ -23,9 +24,10 @@ after(async () => {
 const join = (query, more) => (query === '' ? `?${more}` : `${query}&${more}`);
 
 for (const size of SIZES) {
-  const phone = size.width < 700;
+  const phone = size.width < 700,
+    projector = size.query !== '';
   for (const scenario of ['race', 'cannon', 'paper/fig08']) {
-    test(`axe finds nothing: ${scenario} at ${size.name}`, async () => {
+    sweep(scenario === 'race' || size === SIZES[0])(`axe finds nothing: ${scenario} at ${size.name}`, async () => {
       const { page, close } = await visit(browser, daemon.url + join(size.query, `scenario=${scenario}`), size);
       await refreshes(page);
       assert.deepEqual(await axe(page), []);
@@ -33,7 +35,7 @@ for (const size of SIZES) {
     });
   }
 
-  test(`axe finds nothing in dialogs, tabs, notes and states at ${size.name}`, async () => {
+  sweep(!projector)(`axe finds nothing in dialogs, tabs, notes and states at ${size.name}`, async () => {
     const { page, close } = await visit(browser, daemon.url + join(size.query, 'scenario=race&seed=abc&set=duration_s:600'), size);
     assert.deepEqual(await axe(page), [], 'with a note');
     const leave = async () => {
@@ -70,7 +72,7 @@ for (const size of SIZES) {
     await close();
   });
 
-  test(`axe finds nothing as a reader, and with a person driving, at ${size.name}`, async () => {
+  sweep(size === SIZES[0])(`axe finds nothing as a reader, and with a person driving, at ${size.name}`, async () => {
     const owner = await visit(browser, daemon.url + join(size.query, 'set=players.0.control:person&scenario=cannon'), size);
     assert.deepEqual(await axe(owner.page), [], 'a person');
     const id = await owner.page.evaluate(() => globalThis.laglab().session.id);
@@ -80,7 +82,7 @@ for (const size of SIZES) {
     await owner.close();
   });
 
-  test(`targets are large enough at ${size.name}`, async () => {
+  sweep(!projector)(`targets are large enough at ${size.name}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}${size.query}#race`, size);
     const boxes = await page
       .locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input[type="number"]')
@@ -106,7 +108,7 @@ for (const size of SIZES) {
     await close();
   });
 
-  test(`nothing overlaps or is cut off at ${size.name}`, async () => {
+  sweep(!projector)(`nothing overlaps or is cut off at ${size.name}`, async () => {
     for (const query of ['scenario=race', 'scenario=cannon&set=players.0.control:person']) {
       const { page, close } = await visit(browser, daemon.url + join(size.query, query), size);
       const cut = await page.evaluate(() => {

@@ -3,9 +3,10 @@ import assert from 'node:assert/strict';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { networkInterfaces, tmpdir } from 'node:os';
 import path from 'node:path';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, button, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const WIDE = { width: 1366, height: 768 },
   PHONE = { width: 390, height: 844, hasTouch: true };
@@ -20,22 +21,18 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** A page that remembers its WebSockets, so that a test can cut them. */
-async function open(address, size = WIDE) {
-  const visitor = await visit(browser, 'about:blank', { ...size, wait: false });
-  await visitor.page.addInitScript(() => {
-    const Real = globalThis.WebSocket;
-    globalThis.sockets = [];
-    globalThis.WebSocket = class extends Real {
-      constructor(/** @type {string} */ url, /** @type {string | string[] | undefined} */ protocols) {
-        super(url, protocols);
-        globalThis.sockets.push(this);
-      }
-    };
-  });
-  await visitor.page.goto(address);
-  return visitor;
+function keepSockets() {
+  const Real = globalThis.WebSocket;
+  globalThis.sockets = [];
+  globalThis.WebSocket = class extends Real {
+    constructor(/** @type {string} */ url, /** @type {string | string[] | undefined} */ protocols) {
+      super(url, protocols);
+      globalThis.sockets.push(this);
+    }
+  };
 }
+/** A page that remembers its WebSockets, so that a test can cut them. */
+const open = (address, size = WIDE) => visit(browser, address, { ...size, scripts: [keepSockets], wait: false });
 
 /** The teacher's page, with a class whose board is a race. */
 async function teach(size = WIDE, url = daemon.url) {
@@ -469,7 +466,7 @@ test('a daemon on all interfaces: its addresses, and a QR code of the first', as
 });
 
 for (const size of [WIDE, PHONE])
-  test(`axe finds nothing in lobby, join view, vote and board at ${size.width} px; nothing scrolls sideways`, async () => {
+  sweep(size === PHONE)(`axe finds nothing in lobby, join view, vote and board at ${size.width} px; nothing scrolls sideways`, async () => {
     const teacher = await teach(size);
     const fits = async (page, what) => {
       assert.deepEqual(await axe(page), [], what);

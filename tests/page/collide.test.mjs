@@ -1,8 +1,9 @@
 // The collide lab: scenes with overlays, two solvers side by side, the tunnelling meter, energy, and a body that is dragged.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, launch, paramsOf, reads, refreshes, runOn, settles, SIZES, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -331,7 +332,7 @@ test('a body is dragged by keys', async () => {
 });
 
 for (const { name, width, height, query } of SIZES) {
-  test(`without a complaint of axe at ${name}, light and dark`, async () => {
+  sweep(width < 400)(`without a complaint of axe at ${name}, light and dark`, async () => {
     const { page, close } = await open(`${query}${query ? '&' : '?'}scenario=rigid/bullets`, { width, height });
     await page.waitForSelector('#world1');
     for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {

@@ -2,7 +2,7 @@
 // curve.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import {
   api,
@@ -22,6 +22,7 @@ import {
   until,
   visit,
 } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -333,31 +334,34 @@ for (const [width, height] of [
     ['rifle', 'players.0.lag_ms'],
     ['crates', 'players.0.lag_ms'],
   ])
-    test(`${scenario} at ${width} x ${height}: both views to one scale, readable for all`, async () => {
-      const { page, complaints, close } = await open(`?scenario=${scenario}`, { width, height });
-      await page.locator('#compare-setting').selectOption(setting);
-      await change(page, 1, '400');
-      await scrub(page, 4);
-      await both(page, 240);
-      const boxes = await page.locator('.run canvas').evaluateAll((all) =>
-        all.map((/** @type {any} */ canvas) => {
-          const colours = new Set(new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer));
-          return { width: canvas.clientWidth, height: canvas.clientHeight, colours: colours.size };
-        }),
-      );
-      assert.equal(boxes.length, 2);
-      assert.deepEqual([boxes[0].width, boxes[0].height], [boxes[1].width, boxes[1].height]);
-      for (const box of boxes) assert.ok(box.height > 80 && box.width > 200 && box.colours > 20, JSON.stringify(box));
-      const wide = await page.locator('main').evaluate((main) => main.scrollWidth);
-      assert.ok(wide <= width, `${wide} px of ${width}`);
-      if (SHOTS) {
-        await page.screenshot({ path: `${SHOTS}/${scenario}-${width}.png` });
-        await page.locator('main').evaluate((main) => main.scrollTo(0, 1e5));
-        if (width < 1000) await page.screenshot({ path: `${SHOTS}/${scenario}-${width}-end.png` });
-      }
-      assert.deepEqual(await axe(page), []);
-      await page.locator('main.compare').evaluate((element) => element.setAttribute('aria-busy', 'true'));
-      assert.deepEqual(await axe(page), [], 'while runs are computed');
-      assert.deepEqual(complaints, []);
-      await close();
-    });
+    sweep(width < 400 || (width > 1000 && scenario === 'race'))(
+      `${scenario} at ${width} x ${height}: both views to one scale, readable for all`,
+      async () => {
+        const { page, complaints, close } = await open(`?scenario=${scenario}`, { width, height });
+        await page.locator('#compare-setting').selectOption(setting);
+        await change(page, 1, '400');
+        await scrub(page, 4);
+        await both(page, 240);
+        const boxes = await page.locator('.run canvas').evaluateAll((all) =>
+          all.map((/** @type {any} */ canvas) => {
+            const colours = new Set(new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer));
+            return { width: canvas.clientWidth, height: canvas.clientHeight, colours: colours.size };
+          }),
+        );
+        assert.equal(boxes.length, 2);
+        assert.deepEqual([boxes[0].width, boxes[0].height], [boxes[1].width, boxes[1].height]);
+        for (const box of boxes) assert.ok(box.height > 80 && box.width > 200 && box.colours > 20, JSON.stringify(box));
+        const wide = await page.locator('main').evaluate((main) => main.scrollWidth);
+        assert.ok(wide <= width, `${wide} px of ${width}`);
+        if (SHOTS) {
+          await page.screenshot({ path: `${SHOTS}/${scenario}-${width}.png` });
+          await page.locator('main').evaluate((main) => main.scrollTo(0, 1e5));
+          if (width < 1000) await page.screenshot({ path: `${SHOTS}/${scenario}-${width}-end.png` });
+        }
+        assert.deepEqual(await axe(page), []);
+        await page.locator('main.compare').evaluate((element) => element.setAttribute('aria-busy', 'true'));
+        assert.deepEqual(await axe(page), [], 'while runs are computed');
+        assert.deepEqual(complaints, []);
+        await close();
+      },
+    );

@@ -1,9 +1,10 @@
 // Small, enlarged, in other colours: every lab on a narrow screen, at 200 % zoom, in the colours that a system forces, with reduced motion.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, launch, refreshes, settles, shown, tickOf, until, visit } from './lib.mjs';
+import { sweep } from './tiers.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -62,7 +63,7 @@ for (const [what, size] of /** @type {[string, any][]} */ ([
   ['at 200 % zoom', { width: 683, height: 384, deviceScaleFactor: 2 }],
 ]))
   for (const [name, at] of PLACES)
-    test(`${name} ${what}: nothing goes sideways, nothing is out of reach`, async () => {
+    sweep(size.width < 400 || name === 'race')(`${name} ${what}: nothing goes sideways, nothing is out of reach`, async () => {
       const { page, complaints, close } = await open(at, size);
       await settles(() => page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
       await settles(() => outside(page), []);
@@ -72,34 +73,36 @@ for (const [what, size] of /** @type {[string, any][]} */ ([
     });
 
 for (const [name, at] of PLACES)
-  test(`${name} in forced colours: axe finds nothing, and the focus is seen`, async () => {
-    const { page, complaints, close } = await open(at, { forcedColors: 'active' });
-    assert.deepEqual(await axe(page), []);
-    let focused = 0;
-    for (let i = 0; i < 12; i++) {
-      await page.keyboard.press('Tab');
-      const focus = await page.evaluate(() => {
-        const one = document.activeElement;
-        if (!one || one === document.body) return null;
-        const { outlineStyle, outlineWidth } = getComputedStyle(one);
-        return { seen: outlineStyle !== 'none' && Number.parseFloat(outlineWidth) >= 1, what: one.outerHTML.slice(0, 80) };
-      });
-      assert.ok(focus === null || focus.seen, focus?.what);
-      focused += Number(focus !== null);
-    }
-    assert.ok(focused > 3, `${focused} of 12 focused`);
-    if (SHOTS) await page.screenshot({ path: `${SHOTS}/${name}-forced.png`.replaceAll(' ', '-') });
-    assert.deepEqual(complaints, []);
-    await close();
-  });
+  sweep(['race', 'questions', 'a lesson', 'experiments'].includes(name))(
+    `${name} in forced colours: axe finds nothing, and the focus is seen`,
+    async () => {
+      const { page, complaints, close } = await open(at, { forcedColors: 'active' });
+      assert.deepEqual(await axe(page), []);
+      let focused = 0;
+      for (let i = 0; i < 12; i++) {
+        await page.keyboard.press('Tab');
+        const focus = await page.evaluate(() => {
+          const one = document.activeElement;
+          if (!one || one === document.body) return null;
+          const { outlineStyle, outlineWidth } = getComputedStyle(one);
+          return { seen: outlineStyle !== 'none' && Number.parseFloat(outlineWidth) >= 1, what: one.outerHTML.slice(0, 80) };
+        });
+        assert.ok(focus === null || focus.seen, focus?.what);
+        focused += Number(focus !== null);
+      }
+      assert.ok(focused > 3, `${focused} of 12 focused`);
+      if (SHOTS) await page.screenshot({ path: `${SHOTS}/${name}-forced.png`.replaceAll(' ', '-') });
+      assert.deepEqual(complaints, []);
+      await close();
+    },
+  );
 
-test('with reduced motion every lab waits at its start', async () => {
-  for (const [name, at] of LABS) {
+for (const [name, at] of LABS)
+  sweep(['race', 'rigid bodies'].includes(name))(`${name} with reduced motion waits at its start`, async () => {
     const { page, close } = await open(at, { reducedMotion: 'reduce' });
     await refreshes(page);
     assert.equal(await tickOf(page), 0, name);
     await page.locator('#play').click();
     await until(async () => (await tickOf(page)) > 0, `${name} plays after a click`);
     await close();
-  }
-});
+  });

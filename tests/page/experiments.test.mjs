@@ -1,9 +1,10 @@
 // The Experiments view: writing, estimating, running, watching, reading and opening experiments; reload; accessibility.
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { SIZES, api, axe, launch, reads, sessionOf, settles, until } from './lib.mjs';
+import { SIZES, api, axe, launch, reads, sessionOf, settles, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? '';
 if (SHOTS) mkdirSync(SHOTS, { recursive: true });
@@ -20,18 +21,10 @@ after(async () => {
 
 /** Opens the view and waits until the form is counted. @param {any} [wish] */
 async function open(wish = {}) {
-  const { width = 1366, height = 768, query = '', hash = '#experiments', context: given, ...more } = wish;
-  const context = given ?? (await browser.newContext({ viewport: { width, height }, ...more }));
-  const page = await context.newPage();
-  /** @type {string[]} */
-  const complaints = [];
-  page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text());
-  });
-  page.on('pageerror', (error) => complaints.push(error.message));
-  await page.goto(daemon.url + query + hash);
-  await page.locator('#run:not([disabled])').waitFor();
-  return { page, context, complaints, close: () => context.close() };
+  const { query = '', hash = '#experiments', ...more } = wish;
+  const visited = await visit(browser, daemon.url + query + hash, { allowed: /status of 400/, ...more, wait: false });
+  await visited.page.locator('#run:not([disabled])').waitFor();
+  return visited;
 }
 
 /** @param {import('playwright-core').Page} page @param {string} id */
@@ -518,12 +511,13 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   await page.reload();
   await page.locator('tr[data-point="19"]').waitFor();
   await settles(() => page.locator('.mine li').count(), 1);
-  const other = await open({ context });
-  await other.page.locator('.mine li', { hasText: 'Done' }).waitFor();
-  await other.page.locator(`[data-id="${id}"]`).click();
-  await other.page.locator('tr[data-point="19"]').waitFor();
-  await other.page.getByRole('button', { name: /^Delete/ }).click();
-  await other.page.locator('.mine').waitFor({ state: 'detached' });
+  const other = await context.newPage();
+  await other.goto(`${daemon.url}#experiments`);
+  await other.locator('.mine li', { hasText: 'Done' }).waitFor();
+  await other.locator(`[data-id="${id}"]`).click();
+  await other.locator('tr[data-point="19"]').waitFor();
+  await other.getByRole('button', { name: /^Delete/ }).click();
+  await other.locator('.mine').waitFor({ state: 'detached' });
   assert.equal((await api(daemon.url, `experiments/${id}`)).status, 404);
   assert.deepEqual(complaints, []);
   await close();
@@ -608,7 +602,7 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
 });
 
 for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 740, query: '' }]) {
-  test(`axe, size of targets, no sideways scroll, nothing cut off at ${size.name}`, async () => {
+  sweep(size.width < 400)(`axe, size of targets, no sideways scroll, nothing cut off at ${size.name}`, async () => {
     const { page, complaints, close } = await open(size);
     await page.selectOption('#sampling', 'saltelli');
     await page.locator('#until').check();

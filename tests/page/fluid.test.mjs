@@ -1,8 +1,9 @@
 // The fluid lab: a flow, settings that change live, and a pointer that drags the fluid.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, costOf, launch, paramsOf, reads, refreshes, sessionOf, settles, SIZES, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -424,7 +425,7 @@ test('particles, a grid and a sea go side by side, each dragged at the same shar
 });
 
 test('10,000 particles are drawn as they come', async () => {
-  const { page, close } = await open('?scenario=fluid/pool&set=params.size:400');
+  const { page, close } = await open('?scenario=fluid/pool&set=params.size:400', { smooth: true });
   await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8); /* few on a busy machine */
   assert.equal((await fluidOf(page)).points[0]?.count, 10000);
   const colours = await page.locator('#fluid').evaluate((c) => {
@@ -456,7 +457,7 @@ test('256 x 256 cells are drawn in a fraction of a display refresh', async () =>
 });
 
 for (const { name, width, height, query } of [...SIZES, { name: '320x640', width: 320, height: 640, query: '' }]) {
-  test(`without a complaint of axe, light and dark, and without sideways scrolling at ${name}`, async () => {
+  sweep(width < 350 || width > 1300)(`without a complaint of axe, light and dark, and without sideways scrolling at ${name}`, async () => {
     const { page, complaints, close } = await open(`${query}${query ? '&' : '?'}scenario=fluid/cavity`, { width, height });
     await page.waitForSelector('#profiles');
     for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {

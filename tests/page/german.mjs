@@ -58,17 +58,16 @@ export function englishIn(text, given) {
 /** Whether it is a text of www/words in German. @param {string} text */
 export const isGerman = (text) => same.has(plain(text)) && !exact.has(plain(text));
 
-/** Notes what is written on canvases, before the page begins. @param {import('playwright-core').BrowserContext} context */
-export const hearCanvases = (context) =>
-  context.addInitScript(() => {
-    const { fillText } = CanvasRenderingContext2D.prototype,
-      drawn = new Set();
-    /** @type {any} */ (globalThis).drawnTexts = drawn;
-    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-      if (drawn.size < 20000) drawn.add(String(text));
-      return fillText.call(this, text, ...rest);
-    };
-  });
+/** Notes what is written on canvases, in the page before it begins. */
+export function hearCanvases() {
+  const { fillText } = CanvasRenderingContext2D.prototype,
+    drawn = new Set();
+  /** @type {any} */ (globalThis).drawnTexts = drawn;
+  CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+    if (drawn.size < 20000) drawn.add(String(text));
+    return fillText.call(this, text, ...rest);
+  };
+}
 
 /** All that is seen or read aloud now, and what was drawn on canvases since the last call. @param {import('playwright-core').Page} page
  * @returns {Promise<string[]>} */

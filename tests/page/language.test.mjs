@@ -1,10 +1,11 @@
 // The page in another language: how it is chosen, that its texts fit, and that what is read aloud says in which language it is.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, isGerman, textsOn, words } from './german.mjs';
 import { api, axe, button, dialogOf, launch, reads, refreshes, runOn, settles, shown, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const SIZES = [
   { width: 1366, height: 768 },
@@ -159,7 +160,7 @@ test('numbers have the language’s decimal point', async () => {
 
 for (const { width, height } of SIZES)
   for (const { name, at } of LABS)
-    test(`German fits: ${name} at ${width}`, async () => {
+    sweep(width < 400 || name === 'race')(`German fits: ${name} at ${width}`, async () => {
       const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=de${at}`, { width, height });
       await refreshes(page);
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
@@ -176,7 +177,7 @@ for (const { width, height } of SIZES)
     });
 
 for (const { width, height } of SIZES)
-  test(`German fits: questions at ${width}`, async () => {
+  sweep(width < 400)(`German fits: questions at ${width}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?lang=de`, { width, height, wait: false });
     await page.getByRole('heading', { name: words.de.lesson['door.title'] }).waitFor();
     await page.waitForSelector('.card');
@@ -205,7 +206,7 @@ test('the class in German: the lobby, joining, a vote', async () => {
 });
 
 for (const { name, at } of LABS)
-  test(`axe finds nothing in German: ${name}`, async () => {
+  sweep(name === 'race')(`axe finds nothing in German: ${name}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?lang=de${at}`);
     await refreshes(page);
     assert.deepEqual(await axe(page), []);
@@ -229,9 +230,7 @@ async function walk(at, size, steps) {
     take((await api(daemon.url, 'scenarios')).body);
     take((await api(daemon.url, 'experiments/library')).body);
   }
-  const context = await browser.newContext({ viewport: size });
-  await hearCanvases(context);
-  const page = await context.newPage();
+  const { page, close } = await visit(browser, `${daemon.url}?lang=de${at}`, { ...size, scripts: [hearCanvases], wait: false });
   /** @type {string[]} */
   const findings = [];
   let texts = 0;
@@ -254,11 +253,10 @@ async function walk(at, size, steps) {
       if (found !== '') findings.push(`${what}: ${found}`);
     }
   };
-  await page.goto(`${daemon.url}?lang=de${at}`);
   await steps(page, look);
   assert.ok(texts > 20, `${texts} texts in German`);
   assert.deepEqual([...new Set(findings)], []);
-  await context.close();
+  await close();
 }
 
 const WIDE = { width: 1366, height: 768 },
@@ -270,15 +268,17 @@ async function dialogBy(page, selector) {
   await page.locator('dialog[open] .body > *').first().waitFor();
 }
 
-test('the search for English finds it', async () => {
-  for (const at of ['#race', '#step', '#collide', '#fluid', '#experiments']) {
+for (const at of ['#race', '#step', '#collide', '#fluid', '#experiments'])
+  sweep(at === '#race')(`the search for English finds it: ${at}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?lang=en${at}`, { wait: at !== '#experiments' });
     await page.locator('main *').first().waitFor();
     if (at === '#experiments') await page.locator('#run:not([disabled])').waitFor();
     const found = (await textsOn(page)).filter((text) => englishIn(text, new Set()) !== '');
     assert.ok(found.length > 25, `${at}: ${found}`);
     await close();
-  }
+  });
+
+test('the search for English knows words from sentences', () => {
   assert.equal(englishIn('Puffer', new Set()), '');
   assert.match(englishIn('Input 12 of A', new Set()), /English/);
   assert.match(englishIn('a key of the page', new Set()), /has “of”/);
@@ -329,17 +329,17 @@ test('German: two runs compared, and presenting', () =>
     await look('present');
   }));
 
-for (const [name, query] of [
+for (const [name, query, one = false] of /** @type {[string, string, boolean?][]} */ ([
   ['cannons driven by a person', '&scenario=cannon&set=players.0.control:person'],
-  ['a shooter', '&scenario=rifle'],
+  ['a shooter', '&scenario=rifle', true],
   ['crates driven by a person', '&scenario=crates&set=players.0.control:person'],
-  ['eight players', '&scenario=eight'],
+  ['eight players', '&scenario=eight', true],
   ['desync', '&scenario=desync_float'],
   ['lockstep', '&scenario=paper/fig11'],
   ['a boat', '&scenario=sea_watched'],
-])
-  test(`German: ${name}`, () =>
-    walk(query ?? '', WIDE, async (page, look) => {
+]))
+  sweep(one)(`German: ${name}`, () =>
+    walk(query, WIDE, async (page, look) => {
       await shown(page);
       await runOn(page, 1);
       await page.waitForSelector(`${CLOSER} option:nth-child(2)`, { state: 'attached' });
@@ -348,7 +348,8 @@ for (const [name, query] of [
         await page.locator(CLOSER).selectOption(value);
         await look(value);
       }
-    }));
+    }),
+  );
 
 test('German: a race on a phone', () =>
   walk('#race', PHONE, async (page, look) => {

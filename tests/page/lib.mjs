@@ -8,6 +8,8 @@ import { chromium } from 'playwright-core';
 
 /** Ends what hangs: a busy machine may take long for anything. */
 const LIMIT_MS = 120000;
+/** Each reading of a page costs processor time in three processes. */
+const POLL_MS = 50;
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
 const RULES = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'];
@@ -53,13 +55,23 @@ const options = ({ whole = false, args = [] } = {}) => ({
     '--disable-background-networking',
     '--disable-component-update',
     '--disable-sync',
-    ...(whole ? ['--in-process-gpu', '--enable-features=NetworkServiceInProcess2'] : []),
+    '--in-process-gpu',
+    '--enable-features=NetworkServiceInProcess2',
     ...args,
   ],
 });
 
-/** A browser for several processes: tests/run.mjs keeps one for each of its workers. */
-export const serve = () => chromium.launchServer(options());
+/** A browser for several processes, which drive it themselves at this address: tests/run.mjs keeps one for each of its workers. Its port
+ * is in its folder, which it names only when it is automated. */
+export async function serve() {
+  const browser = await chromium.launch(options({ args: ['--remote-debugging-port=0', '--enable-automation'] }));
+  const devtools = await browser.newBrowserCDPSession(),
+    { arguments: given } = await devtools.send('Browser.getBrowserCommandLine');
+  await devtools.detach();
+  const folder = given.find((one) => one.startsWith('--user-data-dir='))?.slice('--user-data-dir='.length) ?? '',
+    [port, path] = readFileSync(`${folder}/DevToolsActivePort`, 'utf8').split('\n');
+  return { browser, address: `ws://127.0.0.1:${port}${path}` };
+}
 
 /** That of the worker that runs this file; what a file opens there goes with the file. */
 async function kept() {
@@ -67,11 +79,12 @@ async function kept() {
   process.send?.('browser');
   const { address, error } = /** @type {any} */ (await answer);
   if (error) throw new Error(error);
-  return chromium.connect(address);
+  return chromium.connectOverCDP(address);
 }
 
-/** @param {{whole?: boolean, args?: string[]}} [wish] whole: Chromium as people have it, but drawing and network in its main process: two
- * cores have no room for more. Without a wish it may be one that has served other files. */
+/** Drawing and network are in its main process: two cores have no room for more.
+ * @param {{whole?: boolean, args?: string[]}} [wish] whole: Chromium as people have it, with windows. Without a wish it
+ * may be one that has served other files. */
 export async function launch(wish) {
   const browser = await (process.send && !wish ? kept() : chromium.launch(options(wish)));
   const open = browser.newContext.bind(browser);
@@ -92,13 +105,95 @@ function moduleOf() {
   };
 }
 
-/** Opens the page in a context of its own; `complaints` gathers errors of console, page and requests.
+/** In the page: a display that refreshes 20 times in a second instead of 60. Most of what a test waits for comes no sooner by more frames,
+ * and each costs drawing in several processes. */
+function slowDisplay() {
+  const PERIOD_MS = 50;
+  /** @type {any} */ (globalThis).refreshesEach = 3;
+  const refresh = globalThis.requestAnimationFrame.bind(globalThis);
+  /** @type {Map<number, FrameRequestCallback>} */
+  let waiting = new Map();
+  let last = 0;
+  /** @param {number} now */
+  const draw = (now) => {
+    const all = waiting;
+    waiting = new Map();
+    for (const callback of all.values())
+      try {
+        callback(now);
+      } catch (error) {
+        reportError(error);
+      }
+  };
+  globalThis.requestAnimationFrame = (callback) => {
+    if (waiting.size === 0) setTimeout(() => refresh(draw), PERIOD_MS - (performance.now() % PERIOD_MS));
+    waiting.set(++last, callback);
+    return last;
+  };
+  globalThis.cancelAnimationFrame = (id) => waiting.delete(id);
+}
+
+/** What leaves something behind in a context. */
+const LASTING = {
+  page: ['addInitScript', 'emulateMedia', 'exposeBinding', 'exposeFunction', 'pdf', 'route', 'routeWebSocket'],
+  context: ['addInitScript', 'grantPermissions', 'newCDPSession', 'newPage', 'route', 'setOffline'],
+};
+/** @typedef {{page: import('playwright-core').Page, context: import('playwright-core').BrowserContext, lasting: boolean}} Tab */
+/** Tabs that a test has left, emptied, by their browser and by what their contexts were made with: in one the page's files are not read and
+ * compiled again, which is half of the cost of a visit. @type {WeakMap<import('playwright-core').Browser, Map<string, Tab[]>>} */
+const left = new WeakMap();
+
+/** @param {import('playwright-core').Browser} browser @param {any} wish @returns {Promise<Tab>} */
+async function newTab(browser, { smooth, scripts, ...wish }) {
+  const context = await browser.newContext(wish),
+    page = await context.newPage();
+  await page.addInitScript(moduleOf);
+  if (!smooth) await page.addInitScript(slowDisplay);
+  for (const script of scripts) await page.addInitScript(script);
+  const tab = { page, context, lasting: false };
+  for (const [of, names] of /** @type {[any, string[]][]} */ ([
+    [page, LASTING.page],
+    [context, LASTING.context],
+  ]))
+    for (const name of names) {
+      const own = of[name];
+      of[name] = function (/** @type {any[]} */ ...args) {
+        tab.lasting = true;
+        return own.apply(this, args);
+      };
+    }
+  return tab;
+}
+
+/** Leaves a tab without what it has kept. @param {Tab} tab @param {string} url @returns {Promise<boolean>} false: it is of no more use */
+async function emptied({ page, context, lasting }, url) {
+  if (lasting || page.isClosed() || context.pages().length !== 1 || new URL(page.url()).origin !== new URL(url).origin) return false;
+  page.removeAllListeners();
+  const empty = await page.goto(new URL('/icon.svg', url).href).catch(() => null);
+  if (!empty?.ok()) return false;
+  await page.evaluate(() => {
+    localStorage.clear();
+    sessionStorage.clear();
+  });
+  await page.mouse.move(0, 0);
+  return true;
+}
+
+/** Opens the page as a browser does that has never been there; `complaints` gathers errors of console, page and requests. smooth: on a
+ * display of 60 Hz. scripts: what runs before the page. allowed: what the console may say. For an address of no page the cache is empty.
  * @param {import('playwright-core').Browser} browser @param {string} url @param {any} [wish] */
 export async function visit(browser, url, wish = {}) {
-  const { width = 1366, height = 768, wait = true, ...more } = wish;
-  const context = await browser.newContext({ viewport: { width, height }, ...more });
-  const page = await context.newPage();
-  await page.addInitScript(moduleOf);
+  const { width = 1366, height = 768, wait = true, smooth = false, scripts = [], allowed = /^$/, ...more } = wish;
+  delete more.name;
+  delete more.query;
+  const kind = JSON.stringify([more, smooth, scripts.map(String)]),
+    fresh = !url.startsWith('http');
+  const tabs = left.get(browser) ?? new Map();
+  left.set(browser, tabs);
+  const known = fresh ? undefined : tabs.get(kind)?.pop(),
+    tab = known ?? (await newTab(browser, { viewport: { width, height }, smooth, scripts, ...more })),
+    { page, context } = tab;
+  if (known) await page.setViewportSize(more.viewport ?? { width, height });
   /** @type {string[]} */
   const complaints = [];
   /** @type {import('playwright-core').Request[]} */
@@ -106,7 +201,7 @@ export async function visit(browser, url, wish = {}) {
   /** @type {string[]} */
   const failures = [];
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type())) complaints.push(`console: ${message.text()}`);
+    if (['error', 'warning'].includes(message.type()) && !allowed.test(message.text())) complaints.push(`console: ${message.text()}`);
   });
   page.on('pageerror', (error) => complaints.push(`error: ${error.message}`));
   page.on('request', (request) => requests.push(request));
@@ -118,7 +213,11 @@ export async function visit(browser, url, wish = {}) {
       throw new Error(`the page is not there: ${error.message}; ${failures.join('; ')}; ${complaints.join('; ')}; it shows: ${text}`);
     });
   }
-  return { page, context, complaints, requests, close: () => context.close() };
+  const close = async () => {
+    if (!fresh && (await emptied(tab, url))) tabs.set(kind, [...(tabs.get(kind) ?? []), tab]);
+    else await context.close();
+  };
+  return { page, context, complaints, requests, close };
 }
 
 /** Until the page has drawn a frame and has its controls. @param {import('playwright-core').Page} page */
@@ -154,13 +253,13 @@ export async function pause(page) {
  * @param {import('playwright-core').Page} page @param {'forward' | 'back'} way */
 export const stepOnce = (page, way) => button(page, `One tick ${way}`).press('Enter');
 
-/** A number of refreshes of the display: a fixed part of what a page can do, on a busy machine too. For what has to settle, and for what is
- * not to happen. @param {import('playwright-core').Page} page @param {number} [count] */
+/** The time of a number of refreshes at 60 Hz, in those of the page's display: a fixed part of what a page can do, on a busy machine too.
+ * For what has to settle, and for what is not to happen. @param {import('playwright-core').Page} page @param {number} [count] */
 export const refreshes = (page, count = 20) =>
   page.evaluate(
     (n) =>
       new Promise((resolve) => {
-        let left = n;
+        let left = Math.ceil(n / /** @type {any} */ (globalThis.refreshesEach ?? 1));
         const next = () => (left-- > 0 ? requestAnimationFrame(next) : resolve(null));
         next();
       }),
@@ -211,7 +310,7 @@ export async function until(test, what) {
     const value = await test();
     if (value) return value;
     if (Date.now() > end) assert.fail(`not within ${LIMIT_MS} ms: ${what}`);
-    await wait(20);
+    await wait(POLL_MS);
   }
 }
 
@@ -223,7 +322,7 @@ export async function settles(read, expected, what) {
   do {
     last = await read();
     if (isDeepStrictEqual(last, expected)) return;
-    await wait(20);
+    await wait(POLL_MS);
   } while (Date.now() < end);
   assert.deepEqual(last, expected, what);
 }
@@ -236,7 +335,7 @@ export async function reads(from, pattern) {
   do {
     last = (await (typeof from === 'function' ? from() : from.innerText())) ?? '';
     if (pattern.test(last)) return last;
-    await wait(20);
+    await wait(POLL_MS);
   } while (Date.now() < end);
   assert.match(last, pattern);
   return last;

@@ -1,9 +1,10 @@
 // What else would need eyes: A and B for those who see colours otherwise, the back row, lanes without overlap, and pages with nothing on
 // them.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { launch, pause, reads, runOn, scrub, settles, shown, stepOnce, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -146,22 +147,25 @@ for (const at of [
   '?scenario=fluid/two_discs',
   '?scenario=rifle',
 ])
-  test(`with the projector’s colours at 1024 x 768 no text of a drawing is below 14 px, and curves are 3 px: ${at}`, async () => {
-    const { page, close } = await visit(browser, `${daemon.url}${at}&theme=projector`, { width: 1024, height: 768 });
-    await hear(page);
-    await runOn(page, 1.2);
-    const { texts, lines, colours } = await page.evaluate(async () => {
-      const { palette } = await globalThis.moduleOf('draw/palette.js');
-      return { texts: globalThis.texts, lines: globalThis.lines, colours: palette() };
-    });
-    assert.ok(texts.length > 10, `${texts.length} texts`);
-    const small = texts.filter(({ size }) => size < 13.99).map(({ id, text, size }) => `${id}: “${text}” of ${size} px`);
-    assert.deepEqual([...new Set(small)].slice(0, 10), []);
-    assert.ok(colours.line >= 3, `lines of ${colours.line} px`);
-    const thick = lines.filter(({ colour, width }) => colour === colours.players[0].text && width >= 3 - 0.51);
-    if (at.includes('motion')) assert.ok(thick.length > 0, 'curves of A');
-    await close();
-  });
+  sweep(/race|motion/.test(at))(
+    `with the projector’s colours at 1024 x 768 no text of a drawing is below 14 px, and curves are 3 px: ${at}`,
+    async () => {
+      const { page, close } = await visit(browser, `${daemon.url}${at}&theme=projector`, { width: 1024, height: 768 });
+      await hear(page);
+      await runOn(page, 1.2);
+      const { texts, lines, colours } = await page.evaluate(async () => {
+        const { palette } = await globalThis.moduleOf('draw/palette.js');
+        return { texts: globalThis.texts, lines: globalThis.lines, colours: palette() };
+      });
+      assert.ok(texts.length > 10, `${texts.length} texts`);
+      const small = texts.filter(({ size }) => size < 13.99).map(({ id, text, size }) => `${id}: “${text}” of ${size} px`);
+      assert.deepEqual([...new Set(small)].slice(0, 10), []);
+      assert.ok(colours.line >= 3, `lines of ${colours.line} px`);
+      const thick = lines.filter(({ colour, width }) => colour === colours.players[0].text && width >= 3 - 0.51);
+      if (at.includes('motion')) assert.ok(thick.length > 0, 'curves of A');
+      await close();
+    },
+  );
 
 test('texts of the lanes do not overlap at 30 updates a second, at any size', async () => {
   for (const [width, height] of [

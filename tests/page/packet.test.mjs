@@ -1,8 +1,9 @@
 // The packet view: one input through both loops and the buffers, with times that are the daemon's.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, button, frameOf, launch, pause, reads, refreshes, settles, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -166,6 +167,7 @@ test('it moves on with time, stands still with it, and goes back with a step bac
   await opened(page);
   await button(page, 'Newest').click();
   const begin = await says(page, /is under way: on the link up/);
+  await refreshes(page); /* the drawing follows the words */
   const picture = () => page.locator('#loops').evaluate((canvas) => /** @type {any} */ (canvas).toDataURL());
   const still = await picture();
   await refreshes(page);
@@ -258,7 +260,7 @@ test('a lost packet is called lost, and a repeated input repeated', async () => 
 });
 
 for (const size of SIZES)
-  test(`${size.name}: by keyboard alone from the messages to the view and back; axe has nothing`, async () => {
+  sweep(size.width !== 768)(`${size.name}: by keyboard alone from the messages to the view and back; axe has nothing`, async () => {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`, size);
     await page.waitForFunction(() => globalThis.laglab().frame.tick > 90);
     if (size.width > 700) {
@@ -314,7 +316,7 @@ test('a click in the drawing follows the packet that is there', async () => {
 });
 
 for (const id of ['figure_6', 'figure_7'])
-  test(`the lesson of ${id} opens it within three clicks of the first page, in both languages`, async () => {
+  sweep(id === 'figure_6')(`the lesson of ${id} opens it within three clicks of the first page, in both languages`, async () => {
     const { page, complaints, close } = await visit(browser, daemon.url, { wait: false });
     await page.locator(`a[href*="lesson=${id}"]`).first().click();
     await page.locator('.option input').first().check();

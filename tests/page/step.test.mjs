@@ -1,8 +1,9 @@
 // The step lab: methods side by side, live, with the numbers of the paper.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { axe, launch, paramsOf, reads, refreshes, runOn, settles, SIZES, tickOf, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -173,7 +174,7 @@ test('a method that blows up is shown as diverged', async () => {
 });
 
 for (const { name, width, height, query } of SIZES) {
-  test(`without a complaint of axe at ${name}`, async () => {
+  sweep(width < 400)(`without a complaint of axe at ${name}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}${query}${query ? '&' : '?'}scenario=motion/orbit`, { width, height });
     await page.waitForSelector('#motion');
     await refreshes(page);

@@ -1,10 +1,11 @@
 // What one takes away: images and data with the settings that made them.
 import assert from 'node:assert/strict';
 import { createServer } from 'node:http';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import * as zlib from 'node:zlib';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, bytesOf, frameOf, launch, pause, printed, reads, settles, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -112,8 +113,8 @@ test('a view is saved as a image with what differs from the scenario, seed, tick
   await close();
 });
 
-test('a scenario with nothing changed says so', async () => {
-  for (const scenario of ['race', 'behind_cover', 'motion/spring', 'rigid/collapsing_stack', 'fluid/cylinder']) {
+for (const scenario of ['race', 'behind_cover', 'motion/spring', 'rigid/collapsing_stack', 'fluid/cylinder'])
+  sweep(['race', 'motion/spring'].includes(scenario))(`a scenario with nothing changed says so: ${scenario}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
     await ready(page);
     await page.waitForFunction(() => globalThis.laglab().params !== null);
@@ -121,8 +122,7 @@ test('a scenario with nothing changed says so', async () => {
     const texts = textsOf((await save(page, 'image', name.replace('Save image: ', ''))).bytes);
     assert.match(texts.Description, /^All settings are the scenario’s\.\nSeed \d+ · tick \d+/, `${scenario}: ${texts.Description}`);
     await close();
-  }
-});
+  });
 
 test('data of the distances: names and units, settings above them, the numbers of the curves', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:222`);
@@ -266,13 +266,13 @@ test('an experiment: the points as image and data, with what is varied', async (
   await close();
 });
 
-test('the buttons can be reached and read, and are no new fault of a page', async () => {
-  for (const at of [
-    '?scenario=race',
-    '?scenario=motion/spring',
-    '?scenario=rigid/collapsing_stack',
-    '?scenario=fluid/cylinder&theme=projector',
-  ]) {
+for (const at of [
+  '?scenario=race',
+  '?scenario=motion/spring',
+  '?scenario=rigid/collapsing_stack',
+  '?scenario=fluid/cylinder&theme=projector',
+])
+  sweep(at === '?scenario=race')(`the buttons can be reached and read, and are no new fault of a page: ${at}`, async () => {
     const { page, close } = await visit(browser, daemon.url + at);
     await ready(page);
     await pause(page).catch(() => {});
@@ -282,8 +282,7 @@ test('the buttons can be reached and read, and are no new fault of a page', asyn
     const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
     assert.match(download.suggestedFilename(), /\.png$/, at);
     await close();
-  }
-});
+  });
 
 // ---- paper ----
 
@@ -421,8 +420,8 @@ test('another problem of the step lab keeps what was changed, and no measured cu
   await close();
 });
 
-test('on a phone no button lies over a view of a race, in either language', async () => {
-  for (const language of ['en', 'de']) {
+for (const language of ['en', 'de'])
+  sweep(language === 'de')(`on a phone no button lies over a view of a race: ${language}`, async () => {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=${language}#race`, {
       width: 390,
       height: 844,
@@ -440,5 +439,4 @@ test('on a phone no button lies over a view of a race, in either language', asyn
     assert.deepEqual(await axe(page), []);
     assert.deepEqual(complaints, []);
     await close();
-  }
-});
+  });

@@ -35,7 +35,7 @@ after(async () => {
   await daemon?.stop();
 });
 beforeEach(async () => {
-  view = await visit(browser, `${daemon.url}#race`);
+  view = await visit(browser, `${daemon.url}#race`, { smooth: true });
 });
 afterEach(async () => {
   const complaints = view.complaints;

@@ -125,10 +125,13 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
   await context.close();
 
   // the same measurement by its address, in German, dark, on a phone
-  const phone = await visit(browser, `${daemon.url}?theme=dark&lang=de`, { width: 390, height: 844, wait: false, hasTouch: true });
-  await hearCanvases(phone.context);
-  await phone.page.goto(`${daemon.url}?theme=dark&lang=de#tradeoff=contact_solvers&job=${job}`);
-  await phone.page.reload();
+  const phone = await visit(browser, `${daemon.url}?theme=dark&lang=de#tradeoff=contact_solvers&job=${job}`, {
+    width: 390,
+    height: 844,
+    hasTouch: true,
+    scripts: [hearCanvases],
+    wait: false,
+  });
   await phone.page.locator('.winners').nth(1).waitFor();
   await phone.page.locator('#tradeoff-0').scrollIntoViewIfNeeded();
   await until(async () => (await ink(phone.page, 0)) > 300, 'a plot on the phone');

@@ -1,0 +1,2 @@
+// The rest of the sweeps of access.test.mjs.
+import './access.test.mjs';

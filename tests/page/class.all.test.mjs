@@ -1,0 +1,2 @@
+// The rest of the sweeps of class.test.mjs.
+import './class.test.mjs';

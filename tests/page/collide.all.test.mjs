@@ -1,0 +1,2 @@
+// The rest of the sweeps of collide.test.mjs.
+import './collide.test.mjs';

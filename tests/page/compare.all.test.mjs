@@ -1,0 +1,2 @@
+// The rest of the sweeps of compare.test.mjs.
+import './compare.test.mjs';

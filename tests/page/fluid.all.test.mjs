@@ -1,0 +1,2 @@
+// The rest of the sweeps of fluid.test.mjs.
+import './fluid.test.mjs';

@@ -1,0 +1,2 @@
+// The rest of the sweeps of packet.test.mjs.
+import './packet.test.mjs';

@@ -1,0 +1,2 @@
+// The rest of the sweeps of step.test.mjs.
+import './step.test.mjs';

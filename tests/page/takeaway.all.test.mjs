@@ -1,0 +1,2 @@
+// The rest of the sweeps of takeaway.test.mjs.
+import './takeaway.test.mjs';
