@@ -83,6 +83,9 @@ async function made(method, place, body, key = NORTH) {
   return answer.json;
 }
 
+/** The connection of the member with a seat. @type {any} */
+let held;
+
 // ---- what the operations are tried on; each part is made again after it was changed ----
 
 const PARTS = {
@@ -113,6 +116,11 @@ const PARTS = {
       await made('POST', `${at}/members`, {}),
       await made('POST', `${at}/members`, {}),
     ];
+    // Who is not heard loses its seat to the script, however long the operations take.
+    held?.socket.terminate();
+    held = await openStream(daemon.url, at);
+    held.say({ auth: seat0.token, id: 1 });
+    await held.wait((/** @type {any} */ m) => m.id === 1, 'the seat to be held');
     await made('DELETE', `${at}/member`, undefined, left.token);
     await made('DELETE', `${at}/members/${removed.number}`, undefined, lesson.teacher_key);
     await waitFor(async () => (await c.get(`${V1}/sessions/${board.id}`)).json.params.players[0].control === 'person', 'the seat');

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { networkInterfaces } from 'node:os';
 import { after, before, test } from 'node:test';
-import { client, openStream, pause, raw, waitFor } from '../lib/client.mjs';
+import { HANG_MS, client, headed, openStream, pause, raw, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
 const C = '/api/v1/classes';
@@ -585,7 +585,11 @@ test('floods, huge and odd bodies, odd messages: errors, and the class goes on',
     'Sec-WebSocket-Protocol: laglab.v2.json',
     '\r\n',
   ].join('\r\n');
-  assert.match((await raw(daemon.port, upgrade, 1000)).text, /^HTTP\/1.1 404 /, 'codes are not looked up by streams, which nothing limits');
+  assert.match(
+    (await raw(daemon.port, upgrade, HANG_MS, headed)).text,
+    /^HTTP\/1.1 404 /,
+    'codes are not looked up by streams, which nothing limits',
+  );
   assert.equal((await room.state()).votes, 1);
 });
 

@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { gunzipSync } from 'node:zlib';
-import { client, raw } from '../lib/client.mjs';
+import { HANG_MS, client, headed, raw } from '../lib/client.mjs';
 import { readContract } from '../lib/contract.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
@@ -192,6 +192,8 @@ test('nothing else has a second address, and nothing is changed there', async ()
     daemon.port,
     `GET /${digest}/api/v1/sessions/${id}/stream HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n` +
       'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n',
+    HANG_MS,
+    headed,
   );
   assert.doesNotMatch(String(upgrade.text ?? upgrade), /^HTTP\/1\.1 101/);
 });

@@ -148,11 +148,14 @@ export async function waitFor(test, what = 'it', ms = HANG_MS) {
   }
 }
 
+/** Whether a head has come. @param {string} said */
+export const headed = (said) => said.includes('\r\n\r\n');
+
 export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 /** Sends bytes on a connection of its own and gives what came until it was closed, `until` takes it or `ms` passed.
  * @returns {Promise<{text: string, closed: boolean, ms: number}>} */
-export function raw(at, bytes, ms = 3000, until = (/** @type {string} */ _) => /** @type {boolean} */ (false)) {
+export function raw(at, bytes, ms = HANG_MS, until = (/** @type {string} */ _) => /** @type {boolean} */ (false)) {
   return new Promise((resolve) => {
     const begun = performance.now();
     let text = '';
