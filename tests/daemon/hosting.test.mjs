@@ -5,6 +5,7 @@ import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { client, pause, waitFor, decodeAll, seqOf } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
+import { threads_s } from '../lib/hostile.mjs';
 
 /** A daemon that is stopped at the end of the test, also when it fails. */
 const start = async (t, wish) => {
@@ -156,6 +157,22 @@ test('a large session is parked by a task, not by the worker that publishes fram
   await waitFor(async () => (await gauge(c, 'sessions_parked')) === 2, 'both to be parked');
   await waitFor(async () => (await gauge(c, 'tasks_total')) === tasks + 1, 'one task more');
   assert.equal((await c.get(large.links.state)).text, state);
+  c.close();
+});
+
+test('long ticks of a session that is viewed are made by a task, not by the worker that publishes frames', async (t) => {
+  const daemon = await start(t, {}),
+    c = client(daemon.url),
+    boxes = Array.from({ length: 300 }, (_, i) => ({ size: [1, 1], position: [(i % 40) * 0.25, 0.5 + 0.25 * Math.floor(i / 40)] })),
+    solver = { method: 'pgs_ngs', iterations: 200, position_iterations: 200, sleep: false, recycle: false },
+    scenario = { kind: 'rigid', duration_s: 3600, hz: 4, solver, bodies: [{ type: 'static', size: [400, 1], position: [0, -0.5] }, ...boxes] },
+    session = (await c.call('POST', '/api/v1/sessions', { body: { scenario, speed: 10 } })).json,
+    viewer = await c.stream(session, 'bin', { ack: true, subscribe: { metrics: 1 } });
+  const used_s = (name) => [...threads_s(daemon.pid)].reduce((sum, [of, s]) => sum + (of.startsWith(`${name} `) ? s : 0), 0);
+  await waitFor(() => used_s('worker') + used_s('task') > 0.5, 'the session to compute');
+  assert.ok(used_s('worker') < 0.25, `worker ${used_s('worker')} s, task ${used_s('task')} s`);
+  assert.ok((await c.get(session.links.self)).json.tick > 0);
+  await viewer.close();
   c.close();
 });
 

@@ -160,19 +160,22 @@ export function cpu_s(pid) {
   return (Number(fields[11]) + Number(fields[12])) / 100;
 }
 
+/** Processor time of each thread so far, s, by its name and number. @param {number} pid */
+export const threads_s = (pid) =>
+  new Map(
+    readdirSync(`/proc/${pid}/task`).map((id) => {
+      const [head = '', tail = ''] = readFileSync(`/proc/${pid}/task/${id}/stat`, 'utf8').split(') '),
+        fields = tail.split(' ');
+      return [`${head.split('(')[1]} ${id}`, (Number(fields[11]) + Number(fields[12])) / 100];
+    }),
+  );
+
 /** CPU of each thread of the process by its name, over a second: those that use more than a hundredth of a core. */
 export async function busiest(/** @type {number} */ pid) {
-  const used = () =>
-    new Map(
-      readdirSync(`/proc/${pid}/task`).map((id) => {
-        const [head, tail] = readFileSync(`/proc/${pid}/task/${id}/stat`, 'utf8').split(') ');
-        return [`${head.split('(')[1]} ${id}`, Number(tail.split(' ')[11]) + Number(tail.split(' ')[12])];
-      }),
-    );
-  const before = used();
+  const before = threads_s(pid);
   await new Promise((resolve) => setTimeout(resolve, 1000));
-  return [...used()]
-    .map(([name, ticks]) => ({ name, percent: ticks - (before.get(name) ?? 0) }))
+  return [...threads_s(pid)]
+    .map(([name, s]) => ({ name, percent: Math.round(100 * (s - (before.get(name) ?? 0))) }))
     .filter((t) => t.percent > 1)
     .sort((a, b) => b.percent - a.percent)
     .map((t) => `${t.name} ${t.percent} %`)
