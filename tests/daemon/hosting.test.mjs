@@ -165,7 +165,13 @@ test('long ticks of a session that is viewed are made by a task, not by the work
     c = client(daemon.url),
     boxes = Array.from({ length: 300 }, (_, i) => ({ size: [1, 1], position: [(i % 40) * 0.25, 0.5 + 0.25 * Math.floor(i / 40)] })),
     solver = { method: 'pgs_ngs', iterations: 200, position_iterations: 200, sleep: false, recycle: false },
-    scenario = { kind: 'rigid', duration_s: 3600, hz: 4, solver, bodies: [{ type: 'static', size: [400, 1], position: [0, -0.5] }, ...boxes] },
+    scenario = {
+      kind: 'rigid',
+      duration_s: 3600,
+      hz: 4,
+      solver,
+      bodies: [{ type: 'static', size: [400, 1], position: [0, -0.5] }, ...boxes],
+    },
     session = (await c.call('POST', '/api/v1/sessions', { body: { scenario, speed: 10 } })).json,
     viewer = await c.stream(session, 'bin', { ack: true, subscribe: { metrics: 1 } });
   const used_s = (name) => [...threads_s(daemon.pid)].reduce((sum, [of, s]) => sum + (of.startsWith(`${name} `) ? s : 0), 0);

@@ -23,7 +23,7 @@ static void clients_of_a_thousand_predict_their_own(void **state)
     scene s = scene_open("swarm_interest", sets);
     scene_run(&s, 6, NULL);
     assert_null(netgame_broken(s.game));
-    for (int p = 0; p < 4; p++) {
+    for (int p = 0; p < s.game->config.player_count; p++) {
         const ll_client *c = ll_netgame_client(s.game, p);
         const ll_world *shown = ll_client_rendered_const(c);
         int known = 0;
@@ -92,6 +92,48 @@ static void the_unknown_take_no_part(void **state)
         }
 }
 
+/* What a client remembers of its last display saves work only: where it is forgotten, and all is drawn anew,
+ * each display shows the same. Links are so bad that others are extrapolated now and then. */
+static void what_is_drawn_again_is_what_would_be_drawn_anew(void **state)
+{
+    (void)state;
+    static const char *const scenarios[] = {"crates_delta", "crates", "race", "eight", "swarm_interest"};
+    for (size_t k = 0; k < sizeof scenarios / sizeof *scenarios; k++) {
+        const char *const sets[] = {"server.snapshot_encoding=partial_delta",
+                                    "server.snapshot_bytes=40",
+                                    "server.update_hz=30",
+                                    "players.0.interpolation=true",
+                                    "players.0.correction=snap",
+                                    "players.0.extrapolation_ms=300",
+                                    "players.0.link.down.loss_pct=60",
+                                    "players.0.link.down.jitter_ms=60",
+                                    NULL};
+        scene s = scene_open(scenarios[k], sets), forgetful = scene_open(scenarios[k], sets);
+        int again = 0, extrapolated = 0;
+        for (int i = 1; i <= 8 * 60; i++) {
+            for (int p = 0; p < s.game->config.player_count; p++)
+                ll_netgame_recent(forgetful.game, p)->drawn = 0;
+            scene_run(&s, i / 60.0, NULL);
+            scene_run(&forgetful, i / 60.0, NULL);
+            for (int p = 0; p < s.game->config.player_count; p++) {
+                const ll_client *c = ll_netgame_client(s.game, p);
+                again += ll_netgame_recent(s.game, p)->shows;
+                assert_false(ll_netgame_recent(forgetful.game, p)->shows);
+                extrapolated += c->view.extrapolated;
+                const ll_world *shown = ll_client_rendered_const(c),
+                               *anew = ll_client_rendered_const(ll_netgame_client(forgetful.game, p));
+                for (int e = 0; e < shown->entities; e++)
+                    if (memcmp(&shown->entity[e], &anew->entity[e], sizeof *anew->entity) != 0)
+                        fail_msg("%s: entity %d is drawn otherwise in display %d of player %d", scenarios[k],
+                                 e, i, p);
+            }
+        }
+        assert_true(again > 100 && extrapolated > 100);
+        scene_close(&s);
+        scene_close(&forgetful);
+    }
+}
+
 /* At any time, for any number of players: hints for prefetching. */
 static void what_a_tick_touches_lies_in_the_block(void **state)
 {
@@ -120,6 +162,7 @@ int main(void)
         cmocka_unit_test(clients_of_a_thousand_predict_their_own),
         cmocka_unit_test(the_fortieth_player_predicts_as_the_first),
         cmocka_unit_test(the_unknown_take_no_part),
+        cmocka_unit_test(what_is_drawn_again_is_what_would_be_drawn_anew),
         cmocka_unit_test(what_a_tick_touches_lies_in_the_block),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
