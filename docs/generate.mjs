@@ -888,28 +888,39 @@ function mutantsDoc() {
   const file = 'tests/mutants.csv',
     { comments, rows } = parseCsv(read(file)),
     of = Object.fromEntries(comments),
-    drawn = rows.filter((row) => row.origin === 'drawn');
-  const line = (/** @type {string} */ name, /** @type {any[]} */ group) => [
-    name,
-    group.length,
-    group.filter((row) => row.result === 'caught').length,
-    group.filter((row) => row.now.startsWith('test')).length,
-    group.filter((row) => row.now.startsWith('equivalent')).length,
-    group.filter((row) => row.now.startsWith('open')).length,
-  ];
-  const rooms = [...new Set(drawn.map((row) => row.room))].sort();
-  return `${table(
-    ['Room', 'Mutants', 'Caught at first', 'Caught by a test that was added', 'Equivalent', 'Open'],
-    [
-      ...rooms.map((room) =>
-        line(
-          code(room),
-          drawn.filter((row) => row.room === room),
-        ),
-      ),
-      line('All', drawn),
-    ],
-  )}\n\n[All rows](../${file}). Repeat: \`${of.command}\`, on commit ${of.commit}.`;
+    first = (/** @type {any} */ row) => row.result === 'caught',
+    now = (/** @type {any} */ row) => first(row) || /^(?:test|sanitizers)/.test(row.now),
+    rate = (/** @type {any[]} */ group, /** @type {(row: any) => boolean} */ test) =>
+      `${group.filter(test).length} (${Math.round((100 * group.filter(test).length) / group.length)} %)`;
+  const parts = {
+      drawn: `\`${of.command}\`, commit ${of.commit}`,
+      second: `\`${of.second}\`, commit ${of['second commit']}, for which nothing was mended`,
+      review: 'faults that a reviewer tried',
+    },
+    groups = Object.entries(parts)
+      .map(([origin, name]) => ({ name, group: rows.filter((row) => row.origin === origin) }))
+      .filter(({ group }) => group.length > 0),
+    drawn = rows.filter((row) => row.origin === 'drawn'),
+    rooms = [...new Set(drawn.map((row) => row.room))].sort();
+  const line = (/** @type {string} */ name, /** @type {any[]} */ group) => [name, group.length, rate(group, first), rate(group, now)];
+  const counted = table(
+    ['Changes', 'Tried', 'Caught at first', 'Caught now'],
+    groups.map(({ name, group }) => line(name, group)),
+  );
+  const byRoom = table(
+    ['Room', 'Drawn first', 'Caught at first', 'Caught now'],
+    rooms.map((room) => {
+      const group = drawn.filter((row) => row.room === room);
+      return [code(room), group.length, group.filter(first).length, group.filter(now).length];
+    }),
+  );
+  const left = table(
+    ['Not caught', 'Line before', 'Line after', 'Why'],
+    rows
+      .filter((row) => !now(row))
+      .map((row) => [code(row.line ? `${row.file}:${row.line}` : row.file), code(row.before), code(row.after), row.now]),
+  );
+  return `${counted}\n\n${byRoom}\n\n${left}\n\n[All rows](../${file}), with the test that caught each. Lines are those of the commit.`;
 }
 
 function killsDoc() {
