@@ -92,9 +92,9 @@ static void the_unknown_take_no_part(void **state)
         }
 }
 
-/* What a client remembers of its last display saves work only: where it is forgotten, and all is drawn anew,
+/* What a client remembers of its last display saves work only: where it is forgotten, and all is drawn again,
  * each display shows the same. Links are so bad that others are extrapolated now and then. */
-static void what_is_drawn_again_is_what_would_be_drawn_anew(void **state)
+static void what_is_kept_on_the_screen_is_what_would_be_drawn(void **state)
 {
     (void)state;
     static const char *const scenarios[] = {"crates_delta", "crates", "race", "eight", "swarm_interest"};
@@ -121,9 +121,9 @@ static void what_is_drawn_again_is_what_would_be_drawn_anew(void **state)
                 assert_false(ll_netgame_recent(forgetful.game, p)->shows);
                 extrapolated += c->view.extrapolated;
                 const ll_world *shown = ll_client_rendered_const(c),
-                               *anew = ll_client_rendered_const(ll_netgame_client(forgetful.game, p));
+                               *fresh = ll_client_rendered_const(ll_netgame_client(forgetful.game, p));
                 for (int e = 0; e < shown->entities; e++)
-                    if (memcmp(&shown->entity[e], &anew->entity[e], sizeof *anew->entity) != 0)
+                    if (memcmp(&shown->entity[e], &fresh->entity[e], sizeof *fresh->entity) != 0)
                         fail_msg("%s: entity %d is drawn otherwise in display %d of player %d", scenarios[k],
                                  e, i, p);
             }
@@ -162,7 +162,7 @@ int main(void)
         cmocka_unit_test(clients_of_a_thousand_predict_their_own),
         cmocka_unit_test(the_fortieth_player_predicts_as_the_first),
         cmocka_unit_test(the_unknown_take_no_part),
-        cmocka_unit_test(what_is_drawn_again_is_what_would_be_drawn_anew),
+        cmocka_unit_test(what_is_kept_on_the_screen_is_what_would_be_drawn),
         cmocka_unit_test(what_a_tick_touches_lies_in_the_block),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
