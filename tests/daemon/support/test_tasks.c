@@ -79,6 +79,14 @@ static void wait_for_ended(ll_tasks *tasks, uint64_t count)
     assert_int_equal(ll_tasks_get_stats(tasks).ended, count);
 }
 
+static void wait_for_done(ll_tasks *tasks, uint64_t count)
+{
+    int64_t until = now_ms() + 60000;
+    while (ll_tasks_get_stats(tasks).done < count && now_ms() < until)
+        usleep(1000);
+    assert_int_equal(ll_tasks_get_stats(tasks).done, count);
+}
+
 static ll_tasks *begin(int turns)
 {
     ll_tasks *tasks;
@@ -152,6 +160,28 @@ static void test_coming_again_is_no_advantage(void **state)
         wait_for(&again[i].over);
     }
     assert_true(atomic_load(&patient.pieces) >= 300);
+    ll_tasks_free(tasks);
+}
+
+/* Clients come and go, the first of several first or last: what is kept of each ends with its last task. */
+static void test_clients_that_have_gone_are_forgotten(void **state)
+{
+    (void)state;
+    enum { CLIENTS = 4 };
+    ll_tasks *tasks = begin(2);
+    uint64_t done = 0;
+    for (int round = 0; round < 6; round++) {
+        job j[CLIENTS] = {0};
+        for (int i = 0; i < CLIENTS; i++) {
+            char name[16];
+            snprintf(name, sizeof name, "%d of %d", i, round % 2);
+            j[i].most = 1 + (round + i) % CLIENTS * 4;
+            assert_int_equal(add(tasks, name, name, 0, &j[i], NULL).code, LL_OK);
+        }
+        for (int i = 0; i < CLIENTS; i++)
+            wait_for(&j[i].over);
+        wait_for_done(tasks, done += CLIENTS);
+    }
     ll_tasks_free(tasks);
 }
 
@@ -296,6 +326,7 @@ int main(void)
         cmocka_unit_test(test_turns_go_round_clients),
         cmocka_unit_test(test_turns_go_round_sessions),
         cmocka_unit_test(test_coming_again_is_no_advantage),
+        cmocka_unit_test(test_clients_that_have_gone_are_forgotten),
         cmocka_unit_test(test_a_task_is_stopped),
         cmocka_unit_test(test_one_client_has_a_limit),
         cmocka_unit_test(test_many_tasks_do_not_keep_out_others),
