@@ -407,7 +407,7 @@ static int status_of(const char *answer)
 
 int net_request(int fd, const char *request, char *answer, size_t capacity)
 {
-    int64_t until = test_now() + INT64_C(10000000000);
+    int64_t until = test_now() + LIMIT_S * INT64_C(1000000000);
     char value[32];
     net_send(fd, request);
     size_t size = read_head(fd, answer, capacity, until);
@@ -445,7 +445,7 @@ int viewer_upgrade(int fd, const char *session, const char *protocol, const char
              "Sec-WebSocket-Protocol: %s\r\n%s\r\n",
              session, protocol, extra);
     net_send(fd, text);
-    read_head(fd, text, sizeof text, test_now() + INT64_C(10000000000));
+    read_head(fd, text, sizeof text, test_now() + LIMIT_S * INT64_C(1000000000));
     /* The key and the answer of RFC 6455 1.3. */
     if (status_of(text) == 101 && strstr(text, "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=") == NULL) {
         return 0;
@@ -523,7 +523,7 @@ bool viewer_piece(int fd, viewer_frame *frame, double seconds)
     if (!read_all(fd, head, 2, until)) {
         return false;
     }
-    until = test_now() + INT64_C(10000000000); /* a frame that has begun is read to its end */
+    until = test_now() + LIMIT_S * INT64_C(1000000000); /* a frame that has begun is read to its end */
     frame->opcode = head[0] & 15;
     frame->size = head[1] & 127;
     size_t more = frame->size == 126 ? 2 : frame->size == 127 ? 8 : 0;
@@ -576,15 +576,6 @@ bool viewer_is_whole(const viewer_frame *frame)
 }
 
 /* The time stamp is in the first section, whose row, of a log, is always whole. */
-double viewer_age(const viewer_frame *frame)
-{
-    const unsigned char *at = frame->bytes + 2;
-    for (int i = 0; i < 8; i++) { /* seq, tick, id, size, lost, first, rows, mask */
-        varint(&at);
-    }
-    return (double)(test_now() - unzigzag(varint(&at))) * 1e-9;
-}
-
 int viewer_close_code(int fd, double seconds)
 {
     int64_t until = test_now() + (int64_t)(seconds * 1e9);

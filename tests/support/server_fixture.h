@@ -80,6 +80,5 @@ bool viewer_piece(int fd, viewer_frame *frame, double seconds); /* one frame, al
 bool viewer_read(int fd, viewer_frame *frame, double seconds);  /* one frame; answers pings */
 uint32_t viewer_seq(const viewer_frame *frame);
 bool viewer_is_whole(const viewer_frame *frame); /* all sections whole */
-double viewer_age(const viewer_frame *frame);    /* s since it was published */
 int viewer_close_code(int fd,
                       double seconds); /* reads up to a close frame; its code, 0: none, -1: connection cut */

@@ -347,7 +347,7 @@ static void test_kept_connections(void **state)
     close(fd);
     fd = net_connect(f.port);
     net_send(fd, "GET /lines HTTP/1.1\r\n" HOST "Connection: close\r\n\r\n");
-    size_t size = net_read(fd, all, 1 << 16, NULL, 5);
+    size_t size = net_read(fd, all, 1 << 16, NULL, LIMIT_S);
     assert_non_null(strstr(all, "chunked"));
     assert_non_null(strstr(all, "line 999\n"));
     assert_non_null(strstr(all, "line 0\n"));

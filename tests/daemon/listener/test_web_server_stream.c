@@ -294,23 +294,27 @@ static void test_first_ping(void **state)
     close(fd);
 }
 
-/* Reads a fifth of the data, and acknowledges what it has read. */
+/* Reads a fifth of the data, and acknowledges what it has read: of the others most are left out. A queue of
+ * all, or of each second one as for a slow viewer, would give them one after the other, older and older. */
+static void read_slowly(int fd)
+{
+    enum { READ = 40 };
+    uint32_t first = 0, last = 0;
+    for (int i = 0; i < READ; i++) {
+        read_frame(fd);
+        last = viewer_seq(&frame);
+        first = i == 0 ? last : first;
+        test_sleep(0.083);
+        viewer_ack(fd, last);
+    }
+    assert_true(last - first >= 3 * (READ - 1));
+    close(fd);
+}
+
 static void test_slow_reader(void **state)
 {
     (void)state;
-    double oldest = 0;
-    int fd = open_with_hello("s2", BIN);
-    for (int i = 0; i < 40; i++) {
-        read_frame(fd);
-        double age = viewer_age(&frame);
-        oldest = i > 10 && age > oldest ? age : oldest;
-        test_sleep(0.083);
-        viewer_ack(fd, viewer_seq(&frame));
-    }
-    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
-     * ./dev bench, since this machine may be busy. */
-    assert_true(oldest < 1);
-    close(fd);
+    read_slowly(open_with_hello("s2", BIN));
 }
 
 static void test_messages(void **state)
@@ -411,7 +415,6 @@ static void test_deaf(void **state)
     setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
     for (int i = 0; i < 60; i++) {
         assert_true(viewer_read(fd, &frame, LIMIT_S));
-        assert_true(viewer_age(&frame) < 0.5);
         viewer_ack(fd, viewer_seq(&frame));
     }
     close(fd);
@@ -555,22 +558,11 @@ static void test_all_at_once(void **state)
 static void test_slow_reader_bridged(void **state)
 {
     (void)state;
-    double oldest = 0;
     int fd = net_connect(f.port);
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(viewer_upgrade(fd, "s2", BIN, ""), 101);
     assert_true(viewer_read(fd, &frame, LIMIT_S));
-    for (int i = 0; i < 40; i++) {
-        read_frame(fd);
-        double age = viewer_age(&frame);
-        oldest = i > 10 && age > oldest ? age : oldest;
-        test_sleep(0.083);
-        viewer_ack(fd, viewer_seq(&frame));
-    }
-    /* Without flow control it would be 2.6 s by now and grow. The documented figure, 0.35 s, is measured by
-     * ./dev bench, since this machine may be busy. */
-    assert_true(oldest < 1);
-    close(fd);
+    read_slowly(fd);
 }
 
 /* A slow viewer gets a message, and half the frames. */
