@@ -125,6 +125,26 @@ test('errors, time, changes and documents', async () => {
   assert.equal(said.get('scenario').document.players[1].lag_ms, 40);
 });
 
+test('a run that has no memory is refused', async () => {
+  writeFileSync(
+    at('memory.c'),
+    `#include <laglab.h>
+     #include <stddef.h>
+     extern void *__libc_calloc(size_t, size_t);
+     static int none;
+     void *calloc(size_t count, size_t size) { return none ? NULL : __libc_calloc(count, size); }
+     int main(void)
+     {
+         laglab_run *run = NULL;
+         none = 1;
+         laglab_code code = laglab_open("{}", NULL, &run);
+         return code == LAGLAB_NO_MEMORY && run == NULL ? 0 : 1;
+     }`,
+  );
+  await run('cc', [...WARNINGS, '-fno-builtin', '-o', at('memory'), at('memory.c'), ...(await library.pkgConfig('--cflags', '--libs'))]);
+  await run(at('memory'), [], { env: library.environment });
+});
+
 test('in a program whose numbers have a comma it is the same', async () => {
   writeFileSync(at('comma.src'), 'LC_NUMERIC\ndecimal_point ","\nthousands_sep ""\ngrouping -1\nEND LC_NUMERIC\n');
   // It warns of the categories that are missing, by its status too.
