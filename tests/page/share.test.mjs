@@ -177,3 +177,22 @@ test('a hello that was written before a change does not undo it', async () => {
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 222, 'the change holds');
   await close();
 });
+
+test('a visit finds nothing that the one before has left', async () => {
+  const first = await visit(browser, `${daemon.url}#race`);
+  const { id } = await sessionOf(first.page);
+  await first.page.evaluate(() => {
+    localStorage.setItem('left', 'yes');
+    sessionStorage.setItem('left', 'yes');
+  });
+  await first.close();
+  const next = await visit(browser, `${daemon.url}#race`);
+  const { left, session } = await next.page.evaluate(() => ({
+    left: [localStorage.getItem('left'), sessionStorage.getItem('left')],
+    session: globalThis.laglab().session,
+  }));
+  assert.deepEqual(left, [null, null]);
+  assert.ok(session.owner && session.id !== id, 'a session of its own');
+  assert.deepEqual(next.complaints, []);
+  await next.close();
+});
