@@ -176,10 +176,10 @@ tidy_stage() { # [--all]
 # A test of tier `all` has the label `all` in ctest, or is a file NAME.all.test.mjs, or is in the folder browsers, cost or container.
 
 all='' # 1: with the tests of that tier
-# What reads bytes of strangers: in the default tier, too, under the sanitizers of addresses and of undefined behaviour. Of these
-# rooms what computes (advice, statistics, queues) comes with all other rooms in tier all.
+# What reads bytes of strangers: in the default tier, too, under the sanitizers of addresses and of undefined behaviour. What computes
+# in these rooms (advice, statistics, links, transitions of a session) comes with all other rooms in tier all.
 FOREIGN=(fuzz param record daemon netcode/snapshot link/profile link.table link.profile link.presets
-    experiment/spec experiment/format experiment/report experiment/store
+    experiment/spec experiment/format experiment/report experiment/store experiment.work
     session.changes session.failure session.frame session.packed session.session session.timeline session.workload)
 
 gives_way() { renice -n 10 -p "$BASHPID" >/dev/null; }

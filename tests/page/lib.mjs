@@ -113,12 +113,14 @@ function slowDisplay() {
   const refresh = globalThis.requestAnimationFrame.bind(globalThis);
   /** @type {Map<number, FrameRequestCallback>} */
   let waiting = new Map();
+  /** What this refresh still calls. @type {Map<number, FrameRequestCallback>} */
+  let drawing = new Map();
   let last = 0;
   /** @param {number} now */
   const draw = (now) => {
-    const all = waiting;
+    drawing = waiting;
     waiting = new Map();
-    for (const callback of all.values())
+    for (const callback of drawing.values())
       try {
         callback(now);
       } catch (error) {
@@ -130,7 +132,10 @@ function slowDisplay() {
     waiting.set(++last, callback);
     return last;
   };
-  globalThis.cancelAnimationFrame = (id) => waiting.delete(id);
+  globalThis.cancelAnimationFrame = (id) => {
+    waiting.delete(id);
+    drawing.delete(id);
+  };
 }
 
 /** What leaves something behind in a context. */
@@ -138,6 +143,8 @@ const LASTING = {
   page: ['addInitScript', 'emulateMedia', 'exposeBinding', 'exposeFunction', 'pdf', 'route', 'routeWebSocket'],
   context: ['addInitScript', 'grantPermissions', 'newCDPSession', 'newPage', 'route', 'setOffline'],
 };
+/** What tests listen to. */
+const HEARD = ['console', 'pageerror', 'request', 'requestfailed', 'response', 'download'];
 /** @typedef {{page: import('playwright-core').Page, context: import('playwright-core').BrowserContext, lasting: boolean}} Tab */
 /** Tabs that a test has left, emptied, by their browser and by what their contexts were made with: in one the page's files are not read and
  * compiled again, which is half of the cost of a visit. @type {WeakMap<import('playwright-core').Browser, Map<string, Tab[]>>} */
@@ -167,8 +174,9 @@ async function newTab(browser, { smooth, scripts, ...wish }) {
 
 /** Leaves a tab without what it has kept. @param {Tab} tab @param {string} url @returns {Promise<boolean>} false: it is of no more use */
 async function emptied({ page, context, lasting }, url) {
-  if (lasting || page.isClosed() || context.pages().length !== 1 || new URL(page.url()).origin !== new URL(url).origin) return false;
-  page.removeAllListeners();
+  if (SLOW_MS > 0 || lasting || page.isClosed() || context.pages().length !== 1 || new URL(page.url()).origin !== new URL(url).origin)
+    return false;
+  for (const event of HEARD) page.removeAllListeners(event);
   const empty = await page.goto(new URL('/icon.svg', url).href).catch(() => null);
   if (!empty?.ok()) return false;
   await page.evaluate(() => {
@@ -179,7 +187,7 @@ async function emptied({ page, context, lasting }, url) {
   return true;
 }
 
-/** Opens the page as a browser does that has never been there; `complaints` gathers errors of console, page and requests. smooth: on a
+/** Opens the page with nothing kept but its files; `complaints` gathers errors of console, page and requests. smooth: on a
  * display of 60 Hz. scripts: what runs before the page. allowed: what the console may say. For an address of no page the cache is empty.
  * @param {import('playwright-core').Browser} browser @param {string} url @param {any} [wish] */
 export async function visit(browser, url, wish = {}) {
