@@ -211,8 +211,7 @@ computing() {
     of_all "units of tier all" ctest run_ctest release -L '^all$'
     of_all "golden at -O0" ctest ctest_stage debug golden
     of_all "golden with clang" ctest ctest_stage clang golden
-    # shellcheck disable=SC2046 # one name per word
-    of_all "thread sanitizer" ctest ctest_stage tsan daemon threads $(find tests -name test_team.c)
+    of_all "thread sanitizer" ctest ctest_stage tsan daemon threads fluid.team_many rigid.team_many
     [ -z "$all" ] || namespaces || stage "release by a profile" one release --target laglab # else the image is built by it
     of_all "instructions" node node_stage tests/cost
 }

@@ -110,9 +110,9 @@ ll_status ll_team_make(int parts, ll_team **out)
     crew *c = aligned_alloc(64, (sizeof *c + 63) & ~(size_t)63);
     if (c == NULL)
         return ll_error(LL_NO_MEMORY, "out of memory: threads");
-    *c = (crew){.team = {.parts = parts, .run = run},
-                .lock = PTHREAD_MUTEX_INITIALIZER,
-                .wake = PTHREAD_COND_INITIALIZER};
+    *c = (crew){.team = {.parts = parts, .run = run}};
+    pthread_mutex_init(&c->lock, NULL);
+    pthread_cond_init(&c->wake, NULL);
     for (; c->helpers < parts - 1; c->helpers++) {
         helper *h = &c->helper[c->helpers];
         h->crew = c;

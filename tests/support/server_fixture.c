@@ -155,14 +155,14 @@ static void on_wanted(void *context, void *session)
 }
 
 typedef struct stamp {
-    int64_t published_ns;
+    uint32_t seq;
 } stamp;
 
 typedef struct noise {
     uint16_t width, height;
 } noise;
 
-static const ll_record_field stamp_fields[] = {LL_INT(stamp, published_ns, "ns", "when")};
+static const ll_record_field stamp_fields[] = {LL_INT(stamp, seq, NULL, "of its frame")};
 static const ll_record_field noise_fields[] = {LL_INT(noise, width, NULL, "cells"),
                                                LL_INT(noise, height, NULL, "cells")};
 static const ll_record stamp_record = {.id = 1,
@@ -187,7 +187,7 @@ static ll_frame *frame_of(const test_server *f, uint32_t seq, uint32_t generatio
     for (size_t i = 0; i < f->frame_bytes; i++) {
         bytes[i] = (uint8_t)ll_rng_u64(seq, 0, i);
     }
-    stamp now = {test_now()};
+    stamp now = {seq};
     noise shape = {(uint16_t)f->frame_bytes, 1};
     stamps->first = seq;
     ll_rows_add(stamps, &now, 1);
@@ -575,7 +575,6 @@ bool viewer_is_whole(const viewer_frame *frame)
     return frame->bytes[1] & LL_FRAME_JUMP;
 }
 
-/* The time stamp is in the first section, whose row, of a log, is always whole. */
 int viewer_close_code(int fd, double seconds)
 {
     int64_t until = test_now() + (int64_t)(seconds * 1e9);

@@ -1,8 +1,8 @@
 /* A web server with a test application, and a client of raw bytes, for the tests of the daemon's port.
  *
  * The application has sessions s0, s1, ... that publish frames of about 1000 bytes (or `frame_bytes`) at 60
- * Hz while `publishing`, with the time of publication. A viewer gets {"type":"hello"} and is subscribed to
- * all channels; its messages are sent back as {"echo":...}. */
+ * Hz while `publishing`. A viewer gets {"type":"hello"} and is subscribed to all channels; its messages are
+ * sent back as {"echo":...}. */
 #pragma once
 
 #include <pthread.h>

@@ -407,18 +407,38 @@ static void test_crowd(void **state)
     atomic_store(&f.send_hello, 1);
 }
 
-/* Reads nothing of 60 kB/s: its socket fills, and no other viewer is affected. */
+/* Reads nothing of 3.6 MB/s, which its socket paces, until that is full: another viewer, of the same thread,
+ * goes on to get frames while the deaf one is still there and gets none. */
 static void test_deaf(void **state)
 {
     (void)state;
-    int deaf = open_with_hello("s0", BIN), fd = open_with_hello("s0", BIN), small = 2048;
-    setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
-    for (int i = 0; i < 60; i++) {
-        assert_true(viewer_read(fd, &frame, LIMIT_S));
-        viewer_ack(fd, viewer_seq(&frame));
+    enum { IN_A_ROW = 30 };
+    static test_server g;
+    test_server_prepare(&g);
+    g.config.stream_threads = 1;
+    g.frame_bytes = 60000;
+    test_server_open(&g);
+    int deaf = viewer_open(g.port, "s0", BIN), fd = viewer_open(g.port, "s0", BIN);
+    assert_true(deaf >= 0 && fd >= 0);
+    for (int i = 0; i < 3; i++) { /* its hello, a frame, the ping behind it with another */
+        assert_true(viewer_read(deaf, &frame, LIMIT_S));
     }
+    assert_true(viewer_read(fd, &frame, LIMIT_S));
+    uint64_t sent = 2 * IN_A_ROW;
+    for (int64_t until = test_now() + LIMIT_S * INT64_C(1000000000);
+         sent > IN_A_ROW + LL_FRAME_WINDOW && test_now() < until;) {
+        uint64_t before = ll_web_server_get_stats(g.web_server).ws.frames;
+        for (int i = 0; i < IN_A_ROW; i++) {
+            read_frame(fd);
+            viewer_ack(fd, viewer_seq(&frame));
+        }
+        sent = ll_web_server_get_stats(g.web_server).ws.frames - before;
+    }
+    assert_in_range(sent, 1, IN_A_ROW + LL_FRAME_WINDOW);
+    assert_int_equal(ll_ws_viewers(g.stream[0]), 2);
     close(fd);
     close(deaf);
+    test_server_close(&g);
 }
 
 static void test_delete(void **state)

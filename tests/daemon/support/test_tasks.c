@@ -182,7 +182,7 @@ static void test_clients_that_have_gone_are_forgotten(void **state)
     for (int round = 0; round < ROUNDS; round++) {
         job *j = all[round];
         for (int i = 0; i < CLIENTS; i++) {
-            char name[16];
+            char name[32];
             snprintf(name, sizeof name, "%d of %d", i, round % 2);
             j[i].most = 1 + (round + i) % CLIENTS * 4;
             assert_int_equal(add(name, name, 0, &j[i], NULL).code, LL_OK);
@@ -290,13 +290,16 @@ static void test_a_queue_that_goes_on_is_not_stalled(void **state)
         snprintf(session, sizeof session, "s%d", i);
         add("a", session, 0, &j[i], NULL); /* slices of 10 ms: each waits for 29 others */
     }
-    ll_tasks_stats stats = {0};
-    for (int64_t until = now_ms() + 60000; now_ms() < until; usleep(5000)) {
-        stats = ll_tasks_get_stats(tasks);
+    int good = 0, late = 0; /* on a busy machine the queue itself may wait for a processor */
+    for (int64_t until = now_ms() + 60000; good + late < 50 && now_ms() < until; usleep(5000)) {
+        ll_tasks_stats stats = ll_tasks_get_stats(tasks);
         if (stats.longest_s > 0.1 && stats.longest_s > 2 * stats.stalled_s)
-            break;
+            good++;
+        else if (stats.longest_s > 0.1)
+            late++;
     }
-    assert_true(stats.longest_s > 0.1 && stats.longest_s > 2 * stats.stalled_s);
+    assert_int_equal(good + late, 50);
+    assert_true(good > late);
 }
 
 static void test_draining_ends_all(void **state)
