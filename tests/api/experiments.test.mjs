@@ -264,7 +264,7 @@ test('what a killed daemon had begun, the next one finishes: every row once', as
   try {
     const first = await startDaemon({ data });
     const one = client(first.url);
-    const { id, owner_key: key } = (await one.call('POST', E, { body: experiment(500) })).json;
+    const { id, owner_key: key } = (await one.call('POST', E, { body: experiment(1500) })).json;
     await waitFor(async () => (await state(id, one)).done > 0, 'the first rows');
     assert.notEqual((await state(id, one)).state, 'done');
     await first.kill();
@@ -272,7 +272,7 @@ test('what a killed daemon had begun, the next one finishes: every row once', as
     const second = await startDaemon({ data });
     const two = client(second.url);
     await ended(id, two);
-    assert.equal((await two.get(`${E}/${id}/results`)).text, sweep(experiment(500)));
+    assert.equal((await two.get(`${E}/${id}/results`)).text, sweep(experiment(1500)));
     assert.equal((await two.call('DELETE', `${E}/${id}`, { key })).status, 204, 'its key still is its key');
     two.close();
     await second.stop();

@@ -270,15 +270,14 @@ test('a wrong input is refused by its field, by POST and on the stream', () =>
     const stream = await openStream(daemon.url, `sessions/${session.id}`, 'json');
     stream.say({ auth: session.owner_key, id: 0 });
     await stream.wait((message) => message.id === 0);
-    for (const [action, field] of wrongActions) {
+    for (const [i, [action, field]] of wrongActions.entries()) {
       const what = JSON.stringify(action),
         posted = await c.call('POST', session.links.input, { key: session.owner_key, body: action });
       assert.deepEqual([posted.status, posted.json.errors?.[0].field], [400, field], what);
       assert.ok(new RegExp(`^${field}:? `).test(posted.json.detail), `${what}: ${posted.json.detail}`);
       if (action.player === 64) assert.match(posted.json.detail, /0 to 63/);
-      stream.say({ input: action, id: what.length });
-      const { problem } = await waitFor(() => stream.messages.find((message) => message.type === 'error'), `the error of ${what}`);
-      stream.messages.length = 0;
+      stream.say({ input: action, id: i + 1 });
+      const { problem } = await stream.wait((message) => message.type === 'error' && message.id === i + 1, `the error of ${what}`);
       assert.deepEqual([problem.status, problem.errors?.[0].field], [400, `input.${field}`], what);
       await pause(20); // within the rate of messages
     }

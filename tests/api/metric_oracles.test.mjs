@@ -7,19 +7,7 @@ import path from 'node:path';
 import { test } from 'node:test';
 import { ROOT } from '../lib/cli.mjs';
 import { BINARY } from '../lib/daemon.mjs';
-
-/** @param {string | object} scenario @param {number} duration_s @param {Record<string, any>} [set] */
-function metricsOf(scenario, duration_s, set = {}) {
-  const settings = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${JSON.stringify(value).replace(/^"(.*)"$/, '$1')}`]),
-    own = typeof scenario === 'object';
-  return JSON.parse(
-    execFileSync(BINARY, ['run', own ? '-' : scenario, '--duration', String(duration_s), ...settings], {
-      encoding: 'utf8',
-      input: own ? JSON.stringify(scenario) : '',
-      maxBuffer: 1 << 28,
-    }),
-  ).metrics;
-}
+import { metricsOf } from '../lib/metrics.mjs';
 
 const near = (/** @type {number} */ value, /** @type {number} */ wanted, tolerance = 1e-9) =>
   assert.ok(Math.abs(value - wanted) <= tolerance, `${value}, not ${wanted} within ${tolerance}`);
@@ -29,13 +17,13 @@ const within = (/** @type {number} */ value, /** @type {number} */ low, /** @typ
 const S = 10, // of each game
   LOSSY = { warmup_s: 0, 'players.0.lag_ms': 0, 'players.0.link.up.delay_ms': 120, 'players.0.link.up.loss_pct': 20 };
 
-/** What is checked: names of metrics, and how. @type {Record<string, {names: string, check: () => void}>} */
+/** What is checked: names of metrics, and how. @type {Record<string, {names: string, check: () => Promise<void>}>} */
 const CHECKS = {
   'rates are their counts over the time': {
     names: 'count_per_s starved_per_s',
-    check() {
-      const { rollback } = metricsOf('rollback', S, { warmup_s: 0 }).players[0],
-        { inputs } = metricsOf('race', S, LOSSY).players[0];
+    async check() {
+      const { rollback } = (await metricsOf('rollback', S, { warmup_s: 0 })).players[0],
+        { inputs } = (await metricsOf('race', S, LOSSY)).players[0];
       assert.ok(rollback.count > 0 && inputs.starved_steps > 0);
       near(rollback.count_per_s * S, rollback.count);
       near(inputs.starved_per_s * S, inputs.starved_steps);
@@ -43,12 +31,12 @@ const CHECKS = {
   },
   'a clock that is set over unequal ways is off by half of the difference': {
     names: 'clock_error_ms clock_snaps',
-    check() {
+    async check() {
       for (const [name, sign] of /** @type {[string, number][]} */ ([
         ['up', 1],
         ['down', -1],
       ])) {
-        const { connection } = metricsOf('race', S, { 'players.0.lag_ms': 0, [`players.0.link.${name}.delay_ms`]: 120 }).players[0];
+        const { connection } = (await metricsOf('race', S, { 'players.0.lag_ms': 0, [`players.0.link.${name}.delay_ms`]: 120 })).players[0];
         near(connection.clock_error_ms, (sign * 120) / 2, 1e-6);
         assert.equal(connection.clock_snaps, 0, 'which it cannot know');
       }
@@ -56,56 +44,57 @@ const CHECKS = {
   },
   'lost packets are those of the bursts, which single losses of p make as long as 1 / (1 - p)': {
     names: 'loss_burst_mean_packets',
-    check() {
-      const { link_up: up } = metricsOf('race', 60, LOSSY).players[0];
+    async check() {
+      const { link_up: up } = (await metricsOf('race', 60, LOSSY)).players[0];
       near(up.loss_burst_mean_packets * up.loss_bursts, up.lost);
       within(up.loss_burst_mean_packets, 1.15, 1.35);
     },
   },
   'packets that do not meet are in the queue for their own bits': {
     names: 'queue_mean_ms',
-    check() {
-      const { link_up: up, bandwidth } = metricsOf('race', S, { 'players.0.link.up.rate_kbps': 100 }).players[0],
+    async check() {
+      const { link_up: up, bandwidth } = (await metricsOf('race', S, { 'players.0.link.up.rate_kbps': 100 })).players[0],
         packets_per_s = bandwidth.input.packets_per_s + bandwidth.ping.packets_per_s;
       near(up.queue_mean_ms, (8 * bandwidth.up_bytes_per_s) / packets_per_s / 100, 0.02); // more pings come at the beginning
     },
   },
   'a replay has the inputs of a round trip': {
     names: 'inputs_per_s',
-    check() {
-      const { replay } = metricsOf('race', S, LOSSY).players[0];
+    async check() {
+      const { replay } = (await metricsOf('race', S, LOSSY)).players[0];
       within(replay.inputs_per_s / replay.replays_per_s, 0.12 * 60, 0.12 * 60 + 4);
     },
   },
   'inputs that the client takes as skipped are late or lost ones': {
     names: 'skipped_per_s',
-    check() {
-      const { acks, inputs } = metricsOf('race', S, LOSSY).players[0];
+    async check() {
+      const { acks, inputs } = (await metricsOf('race', S, LOSSY)).players[0];
       within(acks.skipped_per_s * S, 1, inputs.results.late + inputs.results.lost);
-      assert.equal(metricsOf('race', S, { warmup_s: 0 }).players[0].acks.skipped_per_s, 0, 'without loss');
+      assert.equal((await metricsOf('race', S, { warmup_s: 0 })).players[0].acks.skipped_per_s, 0, 'without loss');
     },
   },
   'snapshots without a baseline: all of the encoding full, few of deltas': {
     names: 'full_ratio',
-    check() {
-      assert.equal(metricsOf('race', S).players[0].snapshot.full_ratio, 1);
-      within(metricsOf('crates_delta', S).players[0].snapshot.full_ratio, 0, 0.2);
+    async check() {
+      assert.equal((await metricsOf('race', S)).players[0].snapshot.full_ratio, 1);
+      within((await metricsOf('crates_delta', S)).players[0].snapshot.full_ratio, 0, 0.2);
     },
   },
   'an implicit step of Newton has one Jacobian and one factorisation, an explicit one has none': {
     names: 'jacobians factorisations',
-    check() {
-      const of = (/** @type {string} */ method) => metricsOf('motion/spring', 1, { methods: [{ method, dt_s: 0.02 }] }).methods[0],
-        [implicit, explicit] = [of('implicit_euler'), of('rk4')];
+    async check() {
+      const of = async (/** @type {string} */ method) =>
+          (await metricsOf('motion/spring', 1, { methods: [{ method, dt_s: 0.02 }] })).methods[0],
+        [implicit, explicit] = [await of('implicit_euler'), await of('rk4')];
       assert.deepEqual([implicit.steps, implicit.jacobians, implicit.factorisations], [50, 50, 50]);
       assert.deepEqual([explicit.steps, explicit.jacobians, explicit.factorisations], [50, 0, 0]);
     },
   },
   'where a solution and steps come from': {
     names: 'solution_by steps_by',
-    check() {
+    async check() {
       const { methods } = JSON.parse(readFileSync(path.join(ROOT, 'scenarios/motion/accumulator.json'), 'utf8')),
-        found = metricsOf('motion/accumulator', 1);
+        found = await metricsOf('motion/accumulator', 1);
       assert.equal(found.solution_by, 'formula');
       for (const [i, { steps }] of methods.entries())
         assert.equal(
@@ -114,13 +103,13 @@ const CHECKS = {
           `method ${i}`,
         );
       const pendulum = { kind: 'motion', problem: 'double_pendulum', duration_s: 1, methods: [{ method: 'rk4', dt_s: 0.01 }] };
-      assert.equal(metricsOf(pendulum, 1).solution_by, 'integration');
+      assert.equal((await metricsOf(pendulum, 1)).solution_by, 'integration');
     },
   },
   'alarms: of an honest player all are false, of one that cheats all the time none; the first has a time': {
     names: 'false_alarms first_alarm_s',
-    check() {
-      const [honest, cheat] = metricsOf('aim_bot', 60).players;
+    async check() {
+      const [honest, cheat] = (await metricsOf('aim_bot', 60)).players;
       for (const kind of ['rate', 'reaction', 'aim']) {
         assert.equal(honest.detection[kind].false_alarms, honest.detection[kind].alarms, kind);
         assert.equal(cheat.detection[kind].false_alarms, 0, kind);
@@ -135,8 +124,8 @@ const CHECKS = {
   },
   'a field that differs is never farther off than at most, and one that does not is not': {
     names: 'ulps_1s ulps_10s',
-    check() {
-      const [same, other] = metricsOf('desync_float', 20).players;
+    async check() {
+      const [same, other] = (await metricsOf('desync_float', 20)).players;
       assert.deepEqual([same.desync.tick, same.desync.ulps_1s, same.desync.ulps_10s], [-1, 0, 0]);
       assert.ok(other.desync.tick >= 0);
       for (const name of ['ulps_1s', 'ulps_10s']) within(other.desync[name], 1, other.desync.ulps_max);
@@ -144,8 +133,8 @@ const CHECKS = {
   },
   'a pyramid of rows of boxes': {
     names: 'mean_height_m',
-    check() {
-      const { game } = metricsOf('stack_watched', 0.02).players[0],
+    async check() {
+      const { game } = (await metricsOf('stack_watched', 0.02)).players[0],
         rows = game.top_m + 0.5; // boxes of 1 m
       const row = Array.from({ length: rows }, (_, i) => ({ boxes: rows - i, height: i + 0.5 })),
         boxes = row.reduce((sum, { boxes: n }) => sum + n, 0);
@@ -154,8 +143,8 @@ const CHECKS = {
   },
   'a boat floats on the water under it': {
     names: 'water_m heave_m pitch_rad',
-    check() {
-      const waters = metricsOf('sea_watched', 5).players.map(({ game }) => {
+    async check() {
+      const waters = (await metricsOf('sea_watched', 5)).players.map(({ game }) => {
         near(game.heave_m, game.water_m, 0.5);
         within(Math.abs(game.pitch_rad), 0, 0.5);
         return game.water_m;
@@ -165,9 +154,9 @@ const CHECKS = {
   },
   'the game counts the shots that are judged; each is rewound as far as its view was old, or less': {
     names: 'rifle_shots rifle_hits shell_shots shell_hits shots_within_max_rewind',
-    check() {
+    async check() {
       for (const scenario of ['rifle', 'hybrid_rewind', 'rifle_no_rewind'])
-        for (const { game, shots } of metricsOf(scenario, S, { warmup_s: 0 }).players) {
+        for (const { game, shots } of (await metricsOf(scenario, S, { warmup_s: 0 })).players) {
           const {
             shots: count,
             compensated_hits: hits,
@@ -179,7 +168,7 @@ const CHECKS = {
           assert.deepEqual([game.rifle_shots, game.rifle_hits, game.shell_shots, game.shell_hits], [count, hits, 0, 0], scenario);
           assert.equal(whole + clamped + other, scenario === 'rifle_no_rewind' ? 0 : count, scenario);
         }
-      for (const { game, shots } of metricsOf('cannon_drag', 20, { warmup_s: 0 }).players) {
+      for (const { game, shots } of (await metricsOf('cannon_drag', 20, { warmup_s: 0 })).players) {
         assert.deepEqual([game.rifle_shots, game.rifle_hits], [0, 0]);
         within(game.shell_shots - shots.projectile.shots, 0, 4); // on their flight
         within(game.shell_hits - shots.projectile.compensated_hits, 0, 4);
@@ -189,22 +178,22 @@ const CHECKS = {
   },
   'what is in the de-jitter buffer: how many come in a second, times how long they stay (Little), and half of the one that has come': {
     names: 'depth_mean',
-    check() {
-      const { dejitter } = metricsOf('dejitter_500', 20, { warmup_s: 0 }).players[0];
+    async check() {
+      const { dejitter } = (await metricsOf('dejitter_500', 20, { warmup_s: 0 })).players[0];
       near(dejitter.depth_mean, ((dejitter.states / 20) * dejitter.added_mean_ms) / 1000 + 0.5, 0.15);
     },
   },
   'water that begins to fall': {
     names: 'water_speed_mps',
-    check() {
-      for (const t of [0.05, 0.1]) within(metricsOf('dam_watched', t).players[0].game.water_speed_mps, 0.5 * 9.81 * t, 9.81 * t);
+    async check() {
+      for (const t of [0.05, 0.1]) within((await metricsOf('dam_watched', t)).players[0].game.water_speed_mps, 0.5 * 9.81 * t, 9.81 * t);
     },
   },
   'the distance in the false hits of one pair': {
     names: 'gap_mean_m',
-    check() {
+    async check() {
       const body = { shape: 'circle', radius: 0.5 };
-      const { volumes } = metricsOf(
+      const { volumes } = await metricsOf(
         {
           kind: 'rigid',
           gravity: [0, 0],

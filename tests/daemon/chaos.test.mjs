@@ -52,6 +52,7 @@ function writeOrbits(name, runs, dt_s) {
 
 before(() => {
   folder = mkdtempSync(path.join(tmpdir(), 'laglab-chaos-'));
+  // Kills come by progress, for every length of a run; each test asserts that they come before the end.
   good('sweep', writeOrbits('orbits.json', RUNS, 0.0005), '--out', 'undisturbed.csv');
   undisturbed = checksum('undisturbed.csv');
 });
@@ -90,9 +91,11 @@ test('a sweep that is killed again and again: every row once', { timeout: 600000
 test('the same from shards, one of which was killed', async () => {
   const shards = [1, 2, 3].map((i) => `shard${i}.csv`),
     command = (/** @type {number} */ i) => ['sweep', 'orbits.json', '--shard', `${i + 1}/3`, '--out', shards[i]];
-  const killed = spawn(BINARY, command(1), { cwd: folder, stdio: 'ignore' });
+  const killed = spawn(BINARY, [...command(1), '--jobs', '1'], { cwd: folder, stdio: 'ignore' }),
+    ended = new Promise((resolve) => killed.once('close', (_, signal) => resolve(signal)));
   await stored(file('shard2.csv'));
   killed.kill('SIGKILL');
+  assert.equal(await ended, 'SIGKILL', 'it was at work');
   for (let i = 0; i < 3; i++) good(...command(i));
   good('merge', 'orbits.json', ...shards, '--out', 'merged.csv');
   assert.equal(checksum('merged.csv'), undisturbed);

@@ -10,7 +10,7 @@ import { startDaemon } from '../lib/daemon.mjs';
 import { ARGS, attack, cpu_s, measure, prepare } from '../lib/hostile.mjs';
 
 /** Of an ordinary client: 4 requests of one session and 3 of new ones in each. */
-const ROUNDS = 5;
+const ROUNDS = 10;
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 300 }, duration_s: 3000 };
 const S = (session, rest = '') => `/api/v1/sessions/${session.id}${rest}`;
 

@@ -84,9 +84,9 @@ export const schema = () => JSON.parse(good(['schema']));
 
 /** A run is made twice, the second time with a log, which is replayed: the same bytes but for measured times, and the same hash.
  * @param {string} id */
-export function checkRepeats(id) {
+export function checkRepeats(id, wish = ['--duration', '1.5', '--seed', '5']) {
   const log = path.join(folder, 'repeats.log'),
-    ask = ['run', id, '--duration', '1.5', '--seed', '5'],
+    ask = ['run', id, ...wish],
     texts = [ask, [...ask, '--log', log]].map((args) =>
       good(args)
         .replace(/"wall_s":\t[^,\n]+/, '"wall_s":')
@@ -108,6 +108,14 @@ export async function checkBadValues(each = false) {
   /** @type {{name: string, value: string, full: any, sets: string[]}[]} */
   const cases = [];
 
+  /** How many parameters of a type there were. @type {Map<string, number>} */
+  const types = new Map();
+  /** Whether one more of a type is taken, which is counted. @param {string} type */
+  const takes = (type) => {
+    types.set(type, (types.get(type) ?? 0) + 1);
+    return each || types.get(type) <= 3;
+  };
+
   /** @param {string[]} at @param {string[]} sets what the scenario needs first */
   const walk = (node, at, sets) => {
     const full = follow(node);
@@ -118,7 +126,7 @@ export async function checkBadValues(each = false) {
       const item = follow(full.items),
         one = !full.minItems && item.properties && !item.required?.length ? ['--set', `${at.join('.')}=[{}]`] : [];
       if (item.properties || item.items) walk(item, [...at, '0'], [...sets, ...one]);
-      else if (left('numbers')) {
+      else if (takes('numbers')) {
         for (const value of [`[${item.minimum - 1}]`, `[${item.maximum * 2 + 1}]`, '[true]', 'nan', '"1"'])
           cases.push({ name: at.join('.'), value, full: item, sets });
       }
@@ -130,14 +138,8 @@ export async function checkBadValues(each = false) {
   // Texts that no value of a type can be are read by the type, whichever the parameter: each parameter gets some of them, in turn.
   let turn = 0;
   const some = (texts) => Array.from({ length: 4 }, () => texts[turn++ % texts.length]);
-  /** How many parameters of a type there were. @type {Map<string, number>} */
-  const types = new Map();
-  const left = (type) => {
-    types.set(type, (types.get(type) ?? 0) + 1);
-    return each || types.get(type) <= 3;
-  };
   const leaf = (name, full, sets) => {
-    if (!left([sets[0], full.type, full.enum ? 'enum' : ''].join())) return;
+    if (!takes([sets[0], full.type, full.enum ? 'enum' : ''].join())) return;
     const values = {
       boolean: some(['yes', '1', '', 'null', '"true"']),
       string: full.enum ? ['maybe', ...some(['', '3', 'null'])] : ['x'.repeat(1000), '\u0007'],

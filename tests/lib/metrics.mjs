@@ -122,10 +122,14 @@ function walk(value, path, tables, seen, run) {
   }
 }
 
-/** @param {string} run @param {any} [input] */
-export async function metricsOf(run, input) {
-  const running = promisify(execFile)(BINARY, ['run', run], { maxBuffer: 1 << 28 });
-  if (input) running.child.stdin?.end(JSON.stringify(input));
+/** Of one run, for as long as the scenario has it unless `duration_s` is given.
+ * @param {string | object} scenario @param {number} [duration_s] @param {Record<string, any>} [set] */
+export async function metricsOf(scenario, duration_s, set = {}) {
+  const own = typeof scenario === 'object',
+    settings = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${JSON.stringify(value).replace(/^"(.*)"$/, '$1')}`]),
+    args = ['run', own ? '-' : scenario, ...(duration_s === undefined ? [] : ['--duration', String(duration_s)]), ...settings],
+    running = promisify(execFile)(BINARY, args, { maxBuffer: 1 << 28 });
+  if (own) running.child.stdin?.end(JSON.stringify(scenario));
   return JSON.parse((await running).stdout).metrics;
 }
 
@@ -148,7 +152,7 @@ export async function checkMetrics(scenarios, { kinds, common }, each = false) {
   const next = async () => {
     for (let run = runs.shift(); run && (each || never().length > 0); run = runs.shift()) {
       const { tables } = kinds.find((kind) => kind.kind === run.kind);
-      walk(await metricsOf(run.name, run.input), [], [...tables, ...common], seen, run.name);
+      walk(await metricsOf(run.input ?? run.name), [], [...tables, ...common], seen, run.name);
       done++;
     }
   };

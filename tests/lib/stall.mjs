@@ -42,8 +42,9 @@ export async function witness(url) {
     if (binary) received.push(performance.now());
   });
   return {
-    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long or that number of calls. */
-    async look(/** @type {number} */ seconds, calls = Infinity) {
+    /** Milliseconds of control calls, and frames that came more than a slot late or not at all, for so long or that number of calls,
+     * with a rest after each call. */
+    async look(/** @type {number} */ seconds, calls = Infinity, rest_ms = 10) {
       const took = /** @type {number[]} */ ([]),
         from = performance.now(),
         first = received.length;
@@ -56,7 +57,7 @@ export async function witness(url) {
         });
         took.push(performance.now() - before);
         if (answer.status !== 200) throw new Error(`step: ${answer.status} ${answer.text.slice(0, 200)}`);
-        await pause(10);
+        if (rest_ms > 0) await pause(rest_ms);
       }
       const lasted = performance.now() - from,
         frames = received.slice(first),
