@@ -86,6 +86,7 @@ const HEAVY = {
   'a game of particles with sixteen players': {
     kind: 'netgame',
     game: 'dam',
+    params: { iterations: 50, across: 15, side_m: 0.1, height_m: 0.14, width_m: 0.3, radius_m: 0.012 }, // many substeps
     duration_s: 5,
     tick_hz: 10,
     warmup_s: 0,
