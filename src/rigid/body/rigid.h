@@ -222,6 +222,8 @@ ll_status ll_rigid_step_by_team(ll_rigid *world, double dt, const ll_rigid_probe
 /* Equal for equal histories, for every SIMD width and broad phase. */
 uint64_t ll_rigid_hash(const ll_rigid *world);
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* no padding: it is a part of the block */
 typedef struct ll_rigid_stats {
     int64_t step;
     int32_t bodies, awake, joints;
@@ -235,7 +237,9 @@ typedef struct ll_rigid_stats {
     int32_t swept;    /* bodies swept by CCD in the last step */
     int32_t stopped;  /* of these, stopped at an impact */
     int32_t islands;  /* at the last check for sleeping */
+    int32_t reserved;
 } ll_rigid_stats;
+#pragma GCC diagnostic pop
 
 ll_rigid_stats ll_rigid_get_stats(const ll_rigid *world);
 
