@@ -48,7 +48,7 @@ stage() { # NAME KIND COMMAND...
     [ $status = 0 ] || { tail -n 40 "$log"; return 1; }
 }
 
-# Functions of stages, side by side: what mostly waits, and what computes and gives way to it.
+# Functions of stages, side by side: what mostly waits, and what computes and gives way to it, but not to all else on a busy machine.
 in_lane() { # FUNCTION
     lanes=()
     trap stop_stages INT TERM
@@ -182,7 +182,7 @@ FOREIGN=(fuzz param record daemon netcode/snapshot link/profile link.table link.
     experiment/spec experiment/format experiment/report experiment/store experiment.work
     session.changes session.failure session.frame session.packed session.session session.timeline session.workload)
 
-gives_way() { renice -n 10 -p "$BASHPID" >/dev/null; }
+gives_way() { renice -n 3 -p "$BASHPID" >/dev/null; }
 of_all() { [ -z "$all" ] || stage "$@"; }
 
 units() { stage "units" ctest ctest_stage release; }
