@@ -17,6 +17,12 @@ import { theme } from '../session/state.js';
  * @property {string} buffer
  * @property {string} bufferText
  * @property {string} accent
+ * @property {string} mark     of what the sentence is about, and of nothing else
+ * @property {string} markLine its edge, and lines that mark
+ * @property {string} markText on it, and on paper
+ * @property {string} verge
+ * @property {string} road
+ * @property {string} roadMarks
  * @property {string} onFill   letters inside the players' shapes
  * @property {number} line     px
  * @property {number} marker   px, least diameter
@@ -48,6 +54,12 @@ export function palette() {
     buffer: read('--buffer'),
     bufferText: read('--buffer-text'),
     accent: read('--accent'),
+    mark: read('--mark'),
+    markLine: read('--mark-line'),
+    markText: read('--mark-text'),
+    verge: read('--verge'),
+    road: read('--road'),
+    roadMarks: read('--road-marks'),
     onFill: '#101418',
     line: Number(read('--draw-line')),
     marker: Number(read('--draw-marker')),
