@@ -1,6 +1,6 @@
 // Speed against error of eight families of methods, each with an image and the cheapest method at three levels of error, measured again.
-// docs/tradeoff.md shows both. --quick: 10 seeds for each setting and its check; default 20, and 100 where a few seeds have most of the
-// error.
+// docs/tradeoff.md shows both, and the page has the rows (cmake/shipped_rows.mjs). --quick: 10 seeds for each setting and its check;
+// default 20, and 100 where a few seeds have most of the error.
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -40,6 +40,9 @@ const settings = {
   check_error: 'error in the check',
   check_error_high: 'upper bound in the check',
   check_cost: 'cost in the check',
+  by: 'path of what is compared',
+  status: 'ok, or diverged',
+  set: 'path=value of the scenario that make this setting, separated by spaces',
 };
 const choices = {
   family: 'family of methods',

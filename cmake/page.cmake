@@ -113,6 +113,10 @@ foreach(language IN LISTS languages)
     endforeach()
 endforeach()
 
+# What the program ships of speed against error.
+execute_process(COMMAND node ${SOURCE}/cmake/shipped_rows.mjs ${SOURCE}/bench/results/tradeoff ${BINARY}/www/tradeoffs
+    COMMAND_ERROR_IS_FATAL ANY)
+
 # The clients that a daemon serves, for a room without Internet.
 execute_process(COMMAND python3 ${SOURCE}/clients/python/wheel.py ${BINARY}/www/clients COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
 execute_process(COMMAND python3 ${SOURCE}/clients/js/pack.py ${BINARY}/www/clients ${TYPES} COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)

@@ -89,7 +89,44 @@ const withoutTimes = (rows) =>
 test('families are those of the command', async () => {
   const { status, json } = await c.get(T);
   assert.equal(status, 200);
-  assert.deepEqual(json.families, laglab(['tradeoff', '--list']));
+  assert.deepEqual(
+    json.families.map((/** @type {any} */ { results: _, ...family }) => family),
+    laglab(['tradeoff', '--list']),
+  );
+});
+
+test('rows that came with the program have the form of an answer, their choices and links are those of the command', async () => {
+  const { families } = (await c.get(T)).json;
+  assert.equal(families.length, 8);
+  for (const { name, first, problems, costs, results } of families) {
+    const { status, json: shipped } = await c.get(`/${results.shipped}`);
+    assert.equal(status, 200, name);
+    assert.ok(shipped.machine && shipped.version && Date.parse(shipped.date) > Date.parse('2026-01-01'), name);
+    for (const row of shipped.rows) {
+      assert.ok(problems[row.problem] && row.costs.length === costs.length && row.front.length === costs.length, row.link);
+      assert.ok(row.error[1] === null || (row.error[1] <= row.error[0] && row.error[0] <= row.error[2]), row.link);
+      const { set, problems: wrong } = readLink(row.link, '');
+      assert.deepEqual([wrong, new URLSearchParams(row.link).get('scenario')], [[], problems[row.problem].scenario]);
+      assert.equal(Object.keys(set).length, row.set.split(' ').length, row.link);
+    }
+    for (const method of first)
+      assert.ok(
+        shipped.rows.some((/** @type {any} */ row) => row.method === method),
+        `${name} ${method}`,
+      );
+    for (const { row, level, cost, problem, check_cheapest: again } of shipped.choices) {
+      const within = shipped.rows.filter(
+        (/** @type {any} */ one) => one.problem === problem && one.error[2] !== null && one.error[2] <= level,
+      );
+      assert.equal(shipped.rows[row].costs[cost][0], Math.min(...within.map((/** @type {any} */ one) => one.costs[cost][0] ?? Infinity)));
+      assert.ok(again !== null, name);
+    }
+  }
+  const [row] = laglab(['tradeoff', 'integrators', '--methods', 'dop853', '--check-seeds', '0', '--format', 'json', '--page', '']);
+  const { rows } = (await c.get('/tradeoffs/integrators.json')).json,
+    same = rows.find((/** @type {any} */ one) => one.method === 'dop853' && one.problem === 0);
+  assert.deepEqual([same.by, same.setting, same.set, same.link], [row.by, row.setting, row.set, row.link]);
+  assert.ok(Math.abs(same.error[0] - row.error) < 1e-5 * row.error);
 });
 
 for (const [body, args] of /** @type {[any, string[]][]} */ ([

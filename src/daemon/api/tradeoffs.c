@@ -152,8 +152,17 @@ void ll_get_tradeoffs(void *context, const ll_http_request *request, ll_http_res
 {
     (void)context;
     (void)request;
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddItemToObject(json, "families", ll_tradeoff_families_json());
+    cJSON *json = cJSON_CreateObject(), *families = ll_tradeoff_families_json(), *family;
+    cJSON_ArrayForEach(family, families)
+    {
+        char shipped[80];
+        cJSON *results = cJSON_AddObjectToObject(family, "results");
+        snprintf(shipped, sizeof shipped, "tradeoffs/%s.json",
+                 cJSON_GetObjectItem(family, "name")->valuestring);
+        cJSON_AddNullToObject(results, "job");
+        cJSON_AddStringToObject(results, "shipped", shipped);
+    }
+    cJSON_AddItemToObject(json, "families", families);
     ll_http_json(response, 200, json);
 }
 

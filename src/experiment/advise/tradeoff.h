@@ -29,7 +29,8 @@ typedef struct ll_tradeoff_cost {
 
 typedef struct ll_tradeoff_family {
     const char *name, *title;
-    const char *text;                                       /* what is compared, in sentences */
+    const char *text;  /* what is compared, in sentences */
+    const char *first; /* at most six methods, those most used, by commas */
     ll_tradeoff_problem problems[LL_TRADEOFF_PROBLEMS_MAX]; /* fewer: the next has no scenario */
     ll_tradeoff_cost costs[LL_TRADEOFF_COSTS_MAX];          /* fewer: the next has no path */
 } ll_tradeoff_family;

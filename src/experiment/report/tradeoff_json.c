@@ -57,12 +57,29 @@ void ll_tradeoff_address(const ll_tradeoff *tradeoff, const ll_tradeoff_row *row
 
 /* ---- families ---- */
 
+/* Names that are separated by commas, with or without a space. */
+static cJSON *names_json(const char *names)
+{
+    cJSON *list = cJSON_CreateArray();
+    char name[sizeof((ll_tradeoff_choice *)0)->tied];
+    while (*names) {
+        size_t length = strcspn(names, ",");
+        memcpy(name, names, length);
+        name[length] = '\0';
+        cJSON_AddItemToArray(list, cJSON_CreateString(name));
+        names += length;
+        names += strspn(names, ", ");
+    }
+    return list;
+}
+
 static cJSON *family_json(const ll_tradeoff_family *f)
 {
     cJSON *family = cJSON_CreateObject();
     cJSON_AddStringToObject(family, "name", f->name);
     cJSON_AddStringToObject(family, "title", f->title);
     cJSON_AddStringToObject(family, "text", f->text);
+    cJSON_AddItemToObject(family, "first", names_json(f->first));
     cJSON *problems = cJSON_AddArrayToObject(family, "problems");
     for (int p = 0; p < ll_tradeoff_problem_count(f); p++) {
         cJSON *problem = cJSON_CreateObject();
@@ -138,22 +155,6 @@ static cJSON *row_json(const ll_tradeoff *t, const ll_tradeoff_row *row)
 }
 
 /* ---- choices ---- */
-
-/* The names in `tied`, which are separated by `, `. */
-static cJSON *names_json(const char *tied)
-{
-    cJSON *list = cJSON_CreateArray();
-    char name[sizeof((ll_tradeoff_choice *)0)->tied];
-    while (*tied) {
-        size_t length = strcspn(tied, ",");
-        memcpy(name, tied, length);
-        name[length] = '\0';
-        cJSON_AddItemToArray(list, cJSON_CreateString(name));
-        tied += length;
-        tied += strspn(tied, ", ");
-    }
-    return list;
-}
 
 static void add_place(cJSON *to, const char *name, int row)
 {

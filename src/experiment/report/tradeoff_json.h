@@ -10,8 +10,8 @@ struct cJSON;
 void ll_tradeoff_address(const ll_tradeoff *tradeoff, const ll_tradeoff_row *row, const char *page,
                          char *text, int size);
 
-/* [{"name","title","text","problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}]; NULL
- * without memory. The caller deletes it. */
+/* [{"name","title","text","first":[...],"problems":[{"scenario","error","title"}],"costs":[{"path","title"}]}];
+ * NULL without memory. The caller deletes it. */
 struct cJSON *ll_tradeoff_families_json(void);
 
 /* The family as above, with "rows" and "choices". A measured value is [value, low, high], each
