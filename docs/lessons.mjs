@@ -137,6 +137,9 @@ export function textsOf(lesson) {
       { where: `choices.${i}.why`, text: choice.why },
       ...(choice.label ? [{ where: `choices.${i}.label`, text: choice.label }] : []),
     ]),
+    ...Object.entries(lesson.shows ?? {}).flatMap(([step, one]) =>
+      /** @type {any} */ (one).label ? [{ where: `shows.${step}.label`, text: /** @type {any} */ (one).label }] : [],
+    ),
     ...(lesson.erratum ? [{ where: 'erratum', text: lesson.erratum }] : []),
     ...lesson.misconceptions.map((/** @type {any} */ text, /** @type {number} */ i) => ({ where: `misconceptions.${i}`, text })),
   ];
@@ -180,6 +183,11 @@ function textProblems(lesson) {
   for (const { where, text } of textsOf(lesson)) {
     const [en, de] = both(text);
     if (en !== de) found.push(`${where}: en has the numbers ${en || 'none'}, de ${de || 'none'}`);
+  }
+  for (const [step, { number }] of /** @type {[string, {number?: string}][]} */ (Object.entries(lesson.shows ?? {}))) {
+    if (number === undefined) continue;
+    used.add(number);
+    if (!(number in lesson.numbers)) found.push(`shows.${step}.number: ${number} is not among numbers`);
   }
   for (const name of Object.keys(lesson.numbers)) if (!used.has(name)) found.push(`numbers.${name}: no text has it`);
   return found;

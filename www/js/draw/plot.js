@@ -1,6 +1,7 @@
 // A plot with linear or logarithmic axes, drawn as a whole: lines, points, guides.
 import { localized } from '../base/format.js';
 import { drawText } from './marks.js';
+import { drawShown, place } from './shown.js';
 
 /** name: in a file of the plot's numbers; guides have none
  * @typedef {{xs: number[], ys: number[], colour: string, name?: string, dash?: number[], width?: number, points?: boolean}} Line */
@@ -42,6 +43,17 @@ const SUPER = '⁰¹²³⁴⁵⁶⁷⁸⁹';
 function label(value, log) {
   if (!log) return localized(String(Number(value.toPrecision(5))));
   return `10${value < 0 ? '⁻' : ''}${[...String(Math.abs(Math.round(value)))].map((digit) => SUPER[Number(digit)]).join('')}`;
+}
+
+/** Where a line begins and ends: what a lesson compares. @param {HTMLCanvasElement} canvas @param {string} name @param {number[]} xs
+ * @param {number[]} ys @param {(v: number) => number} toX @param {(v: number) => number} toY */
+function tell(canvas, name, xs, ys, toX, toY) {
+  const known = xs.flatMap((x, i) => (Number.isFinite(x) && Number.isFinite(ys[i]) ? [i] : []));
+  for (const [end, i] of /** @type {[string, number | undefined][]} */ ([
+    ['.start', known[0]],
+    ['', known.at(-1)],
+  ]))
+    if (i !== undefined) place(canvas, name + end, toX(/** @type {number} */ (xs[i])), toY(/** @type {number} */ (ys[i])), ys[i]);
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('./palette.js').Palette} colours
@@ -137,5 +149,7 @@ export function drawPlot(surface, colours, plot) {
     });
   }
   pen.restore();
+  plot.lines.filter(({ name }) => name !== undefined).forEach(({ xs, ys }, i) => tell(pen.canvas, `curve_${i}`, xs, ys, toX, toY));
+  drawShown(pen, colours);
   return { toX, toY };
 }

@@ -1,6 +1,7 @@
 // A canvas that fills its box, at no more than twice the CSS resolution. The size of a box, and whether it can be seen, come from
 // observers: to ask in a frame makes the browser lay the page out.
 import { hurry, touch } from './redraw.js';
+import { begin } from './shown.js';
 
 const DPR_MAX = 2;
 const NEAR = '96px'; /* around the screen: drawn before it is scrolled there */
@@ -67,6 +68,7 @@ export class Surface {
     }
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.pen.clearRect(0, 0, width, height);
+    begin(this.canvas, width, height);
     return true;
   }
 }

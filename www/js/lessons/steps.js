@@ -4,7 +4,9 @@ import { LESSON_STEPS } from '../base/link.js';
 import { speak } from '../session/announce.js';
 import { seen, showAddress } from '../session/params.js';
 import { showForLesson } from '../session/session.js';
-import { allowed, frame, held, lesson, look, may, notify, params, status, stopTick } from '../session/state.js';
+import { touch } from '../draw/redraw.js';
+import { shows } from '../draw/shown.js';
+import { allowed, camera, frame, held, lesson, look, may, notify, params, status, stopTick } from '../session/state.js';
 import { control, play } from '../session/time.js';
 import { file, filled, ready, word } from './words.js';
 
@@ -12,10 +14,13 @@ import { file, filled, ready, word } from './words.js';
 /** @typedef {import('../base/link.js').Value} Value */
 /** @typedef {{value: number, label?: Text, right?: true, why: Text}} Choice */
 /** @typedef {{value: number, unit: Text}} Answer */
+/** @typedef {{view: string, from: string, to: string, along?: 'x' | 'y' | 'line', label?: Text}} ShownOf */
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
  * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number,
- * stop_tick: number, speed: number, look: {at: string, player?: number}, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
+ * stop_tick: number, speed: number, look: {at: string, player?: number},
+ * camera?: import('../session/state.js').Camera,
+ *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
  * hooks: string[], misconceptions: Text[]}} Lesson
@@ -260,7 +265,20 @@ async function arrive(at) {
   if (now !== null && (await prepared(now, at.step))) say(at.step);
 }
 
+/** What the sentence of a step is about. @param {Lesson} of @param {number} step @returns {import('../draw/shown.js').Shows | null} */
+function shownAt(of, step) {
+  const one = step === CHANGE ? of.shows?.change : step > RUN ? of.shows?.observe : undefined;
+  return one === undefined ? null : { ...one, label: one.label ? filled(one.label, of.numbers) : '' };
+}
+
 export function listen() {
+  effect(() => {
+    const at = lesson.value,
+      now = opened.value;
+    shows.value = at === null || now === null ? null : shownAt(now, at.step);
+    camera.value = at === null ? null : (now?.camera ?? null);
+    touch();
+  });
   effect(() => {
     const at = lesson.value;
     untracked(() => void arrive(at));

@@ -47,6 +47,10 @@ export const lesson = signal(link.lesson);
 /** What the lesson that is shown is about, from its second step on.
  * @type {import('@preact/signals-core').Signal<{at: string, player?: number} | null>} */
 export const look = signal(null);
+/** How large a lesson shows a track: metres across, on a narrow view too; at: in the middle, without it the cars are followed; only: the
+ * players that are drawn, all without it. @typedef {{m: number, narrow_m: number, at?: number, only?: number[]}} Camera */
+/** Of the lesson that is shown; null: the whole track. @type {import('@preact/signals-core').Signal<Camera | null>} */
+export const camera = signal(null);
 /** What a lesson's step leaves to be used, settings by path; null: everything.
  * @type {import('@preact/signals-core').Signal<Set<string> | null>} */
 export const allowed = signal(null);

@@ -23,6 +23,7 @@ import {
   tradeoff,
 } from '../session/state.js';
 import * as controls from '../workbench/controls.js';
+import { shown } from '../draw/shown.js';
 import { slowing } from '../session/time.js';
 import { begun, likely } from './early.js';
 import * as keys from './keys.js';
@@ -32,7 +33,7 @@ import * as loop from './loop.js';
 import * as page from './page.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
-Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
+Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs, shown }) });
 
 register(LABS, likely);
 

@@ -295,6 +295,7 @@ function drawSide(side, frame, memory) {
       view: view.value,
       overlays: { ghosts: true, dots: false, labels: true },
       unit: 'm',
+      only: null,
       picked: null,
     };
     if (shape.entities.length > 0) drawField(at);

@@ -3,9 +3,10 @@ import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
-import { frame, params, presented } from '../../../session/state.js';
+import { camera, frame, look, params, presented } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
+import { drawShown } from '../../../draw/shown.js';
 import { panelTurn, textTurn, touch } from '../../../draw/redraw.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
 import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
@@ -21,7 +22,7 @@ import { drawRace } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
-import { followed } from '../views/camera.js';
+import { followed, framed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
 import { happened, showSide } from './side.js';
 
@@ -35,6 +36,8 @@ let selected = null;
 const drawnDots = [];
 /** @type {import('../views/scene.js').Picked | null} */
 let picked = null;
+/** What a lesson highlights of the strip below a view; it has none else. */
+const STRIPS = new Set(['inputs', 'buffer']);
 /** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
 function words(now, view) {
   const v = now.views[view];
@@ -66,7 +69,8 @@ function drawView(canvas, now, name) {
   if (!shape || entitiesOf(now, view).length === 0 || !surface.begin()) return;
   const colours = palette();
   const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
-  const strip = !presented.value && (view > 0 || shapes) ? Math.round(colours.text * 1.7) : 0;
+  const plain = presented.value || (camera.value !== null && !STRIPS.has(look.value?.at ?? ''));
+  const strip = !plain && (view > 0 || shapes) ? Math.round(colours.text * 1.7) : 0;
   /** @type {DrawContext} */
   const at = {
     pen: surface.pen,
@@ -75,13 +79,15 @@ function drawView(canvas, now, name) {
     colours,
     frame: now,
     memory,
-    layout: presented.value ? followed(shape, now) : shape,
+    layout: camera.value !== null ? framed(shape, now, camera.value, surface.width) : presented.value ? followed(shape, now) : shape,
+    only: camera.value?.only ?? null,
     view,
     overlays: overlays.value,
     unit: presented.value && unit.value === 'px' ? 'm' : unit.value /* pixels of a projector mean nothing */,
     picked,
   };
   drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
+  if (shapes || shape.controls === 'aim') drawShown(at.pen, colours);
   scale.pxPerMetre = scaleX(at);
   if (view > 0) drawConnection(at);
   if (strip > 0) {

@@ -7,18 +7,31 @@ const LEAST_M = 30; /* long enough for a car, its ghost and their label */
 const STEP = 1.25; /* the part shown grows by this factor: its scale changes seldom */
 const AHEAD = 0.55; /* where the foremost car is, from the left */
 
+const NARROW = 500; /* px */
+
+/** @param {Layout} layout @param {number} left m @param {number} wide m @returns {Layout} */
+const part = (layout, left, wide) => ({ ...layout, scene: { ...layout.scene, x_min: left, x_max: left + wide, wraps: false } });
+
+/** As a lesson wants it. @param {Layout} layout @param {import('../core/frame.js').Frame} frame
+ * @param {import('../../../session/state.js').Camera | null} camera @param {number} width of the view, px @returns {Layout} */
+export function framed(layout, frame, camera, width) {
+  if (camera === null || layout.entities.length > 0) return layout;
+  const wide = width < NARROW ? camera.narrow_m : camera.m;
+  return camera.at === undefined ? followed(layout, frame, wide) : part(layout, camera.at - wide / 2, wide);
+}
+
 /** The layout with another part of its track: the same for all views of a frame, so that columns of metres can be compared.
- * @param {Layout} layout @param {import('../core/frame.js').Frame} frame @returns {Layout} */
-export function followed(layout, frame) {
+ * @param {Layout} layout @param {import('../core/frame.js').Frame} frame @param {number} [least] m across @returns {Layout} */
+export function followed(layout, frame, least = LEAST_M) {
   const { scene } = layout;
   const whole = scene.x_max - scene.x_min;
-  if (layout.entities.length > 0 || layout.controls === 'aim' || whole <= LEAST_M) return layout;
+  if (layout.entities.length > 0 || layout.controls === 'aim' || whole <= least) return layout;
   const xs = entitiesOf(frame, 0).map((e) => e.x);
   if (xs.length === 0) return layout;
   const front = Math.max(...xs),
     needed = (front - Math.min(...xs)) / (AHEAD - 0.2);
-  const wide = Math.max(LEAST_M, LEAST_M * STEP ** Math.ceil(Math.log(Math.max(needed, LEAST_M) / LEAST_M) / Math.log(STEP)));
+  const wide = Math.max(least, least * STEP ** Math.ceil(Math.log(Math.max(needed, least) / least) / Math.log(STEP)));
   if (wide >= whole) return layout;
   const left = Math.max(scene.x_min, front - wide * AHEAD);
-  return { ...layout, scene: { ...scene, x_min: left, x_max: left + wide, wraps: false } };
+  return part(layout, left, wide);
 }

@@ -1,13 +1,14 @@
 // One view of a race (or of the demo's rule): cars on lanes along the common x axis.
 import { E_FINISHED, entitiesOf, gameOf } from '../core/frame.js';
 import { paintOf } from '../../../draw/palette.js';
-import { fixed } from '../../../base/format.js';
+import { fixed, letter } from '../../../base/format.js';
 import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
 import { backdrop } from '../../../draw/backdrop.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
+import { drawBand, drawPosts, place as tell } from '../../../draw/shown.js';
 import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
@@ -21,8 +22,11 @@ function onLap(at, x) {
 /** Of the frame that is drawn. @type {{frame: unknown, list: number[]}} */
 let levels = { frame: null, list: [] };
 /** The lanes in use, from top to bottom. @param {DrawContext} at @returns {number[]} m */
-function levelsOf({ frame }) {
-  if (levels.frame !== frame) levels = { frame, list: [...new Set(entitiesOf(frame, 0).map((e) => e.y))].sort((a, b) => a - b) };
+function levelsOf({ frame, only }) {
+  if (levels.frame !== frame) {
+    const own = entitiesOf(frame, 0).filter((_, i) => only?.includes(i) ?? true);
+    levels = { frame, list: [...new Set(own.map((e) => e.y))].sort((a, b) => a - b) };
+  }
   return levels.list;
 }
 
@@ -93,6 +97,19 @@ function standing(at, player) {
   return parts.join(' · ');
 }
 
+/** Reports where the cars of a view are: `A` as it is drawn, `A.truth` where the server has it now; in the server's view `A.seen` as A's
+ * own screen draws it.
+ * @param {DrawContext} at @param {(x: number, y: number) => {x: number, y: number}} place */
+function tellPlaces(at, place) {
+  const { canvas } = at.pen;
+  entitiesOf(at.frame, at.view).forEach((car, i) => {
+    const here = place(car.x, car.y);
+    tell(canvas, letter(i), here.x, here.y, car.x);
+    const other = at.view > 0 ? entitiesOf(at.frame, 0)[i] : entitiesOf(at.frame, 1 + i)[i];
+    if (other) tell(canvas, `${letter(i)}.${at.view > 0 ? 'truth' : 'seen'}`, here.x + (other.x - car.x) * scaleX(at), here.y, other.x);
+  });
+}
+
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
   const { pen, colours, overlays } = at;
@@ -120,7 +137,10 @@ export function drawRace(at) {
       return car !== undefined && (!at.layout.scene.wraps || Math.abs(car.x - dot.x) < lap * 0.9);
     });
   }
+  tellPlaces(at, place);
+  drawBand(pen, colours);
   entitiesOf(at.frame, at.view).forEach((car, i) => {
+    if (at.only?.includes(i) === false) return;
     const { x, y } = place(car.x, car.y);
     const real = entitiesOf(at.frame, 0)[i];
     const half = hasCar(i) ? (size * LONG) / HIGH / 2 : size * 0.6;
@@ -159,6 +179,7 @@ export function drawRace(at) {
     }
   });
   if (overlays.labels) for (const put of later) put();
+  drawPosts(pen, colours);
   const words = at.view > 0 ? correctionWords(at, at.view - 1) : '';
   if (words !== '') {
     drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });

@@ -23,6 +23,7 @@ import { t } from '../../../base/words.js';
  * @property {number} view     0 is the server
  * @property {{ghosts: boolean, dots: boolean, labels: boolean}} overlays
  * @property {'px' | 'm' | 'ms'} unit
+ * @property {number[] | null} only  the players that are drawn; null for all
  * @property {Picked | null} picked  the dot that is asked about
  */
 

@@ -1,0 +1,2 @@
+// The rest of the sweep of shows.test.mjs.
+import './shows.test.mjs';
