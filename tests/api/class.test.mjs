@@ -194,8 +194,8 @@ test('other boards: without players, another one, an existing session', async ()
   const motion = await c.call('PUT', `${room.at}/board`, { key: room.key, body: { scenario: 'motion/spring' } });
   assert.equal(motion.status, 200);
   await waitFor(async () => (await room.state()).status === 'paused', 'the board');
+  await waitFor(async () => (await room.member(a.token)).json.player === null, 'there is no such player');
   assert.deepEqual((await room.state()).seats, []);
-  assert.equal((await room.member(a.token)).json.player, null);
   assert.equal((await room.member(a.token, { role: 'play' })).status, 409);
   const other = await c.make({ paused: true });
   const body = { session: other.id, owner_key: other.owner_key };
@@ -213,6 +213,46 @@ test('other boards: without players, another one, an existing session', async ()
   assert.equal(old.status, 403, 'a session that the board has left');
   await c.call('DELETE', `/api/v1/sessions/${(await room.state()).board}`, { key: room.key });
   await waitFor(async () => (await room.state()).board === null, 'the end of a board that was deleted');
+});
+
+test('a seat stays on another board that has its player; its token drives there and no longer on the one before', async () => {
+  const room = await open();
+  const a = await room.enter({ role: 'play', player: 1 }),
+    first = await room.stream(a.token),
+    before = room.board.id;
+  const drive = (/** @type {string} */ id) =>
+    c.call('POST', `/api/v1/sessions/${id}/input`, { key: a.token, body: { player: 1, axes: [1, 0], buttons: 0 } });
+  const control = async () => (await session(room.board.id)).params.players[1].control;
+  await waitFor(async () => (await control()) === 'person', 'the first board');
+  const known = first.messages.filter((m) => m.type === 'member').length;
+  await room.show({ scenario: 'cannon', set: { duration_s: 600 } });
+  assert.notEqual(room.board.id, before);
+  await waitFor(async () => (await control()) === 'person', 'its control on the new board');
+  assert.equal((await room.seat(1)).state, 'held');
+  await waitFor(() => first.messages.filter((m) => m.type === 'member' && m.player === 1).length > known, 'a message of its own');
+  assert.equal((await drive(room.board.id)).status, 200);
+  assert.equal((await drive(before)).status, 403);
+  await first.close();
+});
+
+test('in a lesson scripts drive, also where seats are held; phase free plays the board and gives them to their holders', async () => {
+  const room = await open();
+  const a = await room.enter({ role: 'play', player: 0 }),
+    stream = await room.stream(a.token);
+  const control = async () => (await session(room.board.id)).params.players[0].control;
+  await waitFor(async () => (await control()) === 'person', 'it drives');
+  await room.set({ lesson: 'late_answer' });
+  await waitFor(async () => (await control()) === 'script', 'the script');
+  assert.equal((await room.seat(0)).state, 'held');
+  await room.set({ phase: 'change', stop_tick: 31 });
+  await waitFor(async () => (await room.state()).tick === 31 && (await room.state()).status === 'paused', 'the stop of the change');
+  assert.equal((await room.state()).phase, 'change');
+  await room.set({ phase: 'free' });
+  await waitFor(async () => (await session(room.board.id)).tick > 31, 'it plays');
+  await waitFor(async () => (await control()) === 'person', 'it drives again');
+  await room.show({ scenario: 'race', set: { duration_s: 600 } });
+  await waitFor(async () => (await session(room.board.id)).tick > 0, 'another board plays at once');
+  await stream.close();
 });
 
 // ---- phases and the stop ----
@@ -239,7 +279,7 @@ test('run plays the board to the stop tick exactly, and the phase becomes stoppe
 test('settings: what is wrong is named with its range, and changes nothing', async () => {
   const room = await open({ board: null });
   for (const [body, detail] of /** @type {[any, RegExp][]} */ ([
-    [{ phase: 'party' }, /phase.*lobby.*predict.*locked.*run.*stopped.*explain.*free/],
+    [{ phase: 'party' }, /phase.*lobby.*predict.*locked.*run.*stopped.*explain.*change.*free/],
     [{ step: 1000 }, /step: must be a whole number from 0 to 999; got 1000/],
     [{ step: 1.5 }, /step/],
     [{ choices: 9 }, /choices: must be a whole number from 0 to 8/],
@@ -597,7 +637,7 @@ test('floods, huge and odd bodies, odd messages: errors, and the class goes on',
 
 test('members come and go in every phase', async () => {
   const room = await open();
-  for (const phase of ['lobby', 'predict', 'locked', 'run', 'stopped', 'explain', 'free']) {
+  for (const phase of ['lobby', 'predict', 'locked', 'run', 'stopped', 'explain', 'change', 'free']) {
     await room.set({ phase, ...LESSON });
     const a = await room.enter({ role: 'play', player: 0 });
     const [kept, lost] = [await room.stream(a.token), await room.stream(a.token)];

@@ -46,13 +46,13 @@ async function open(c) {
   const player = await done(await c.call('POST', `${at}/members`, { body: { role: 'play', player: 1 } }), 201),
     watcher = await done(await c.call('POST', `${at}/members`, { body: { role: 'watch' } }), 201),
     copier = await done(await c.call('POST', `${at}/members`, { body: { role: 'copy' } }), 201);
-  await done(await c.call('PATCH', at, { key, body: { phase: 'predict', lesson: 'late_answer', step: 1, choices: 4, together: true } }));
-  await done(await c.call('PUT', `${at}/vote`, { key: player.token, body: { step: 1, choice: 2 } }), 204);
-  await done(await c.call('PUT', `${at}/vote`, { key: watcher.token, body: { step: 1, choice: 0 } }), 204);
   await waitFor(async () => {
     const { params } = (await c.get(`/api/v1/sessions/${(await c.get(at)).json.state.board}`)).json;
     return params.players[1].control === 'person';
   }, 'a person drives B');
+  await done(await c.call('PATCH', at, { key, body: { phase: 'predict', lesson: 'late_answer', step: 1, choices: 4, together: true } }));
+  await done(await c.call('PUT', `${at}/vote`, { key: player.token, body: { step: 1, choice: 2 } }), 204);
+  await done(await c.call('PUT', `${at}/vote`, { key: watcher.token, body: { step: 1, choice: 0 } }), 204);
   return { id, code, key, at, player, watcher, copier };
 }
 
@@ -87,9 +87,6 @@ for (const how of ['kill', 'stop'])
     const stream = await openStream(daemon.url, `classes/${room.id}`);
     stream.say({ auth: room.player.token });
     await waitFor(async () => (await c.get(room.at)).json.state.seats[1].state === 'held', 'the holder is back');
-    const input = { key: room.player.token, body: { player: 1, axes: [1, 0], buttons: 0 } };
-    const drives = await c.call('POST', `/api/v1/sessions/${after.board}/input`, input);
-    assert.ok(drives.status < 300, `its token drives: ${drives.text}`);
     assert.equal((await c.call('PUT', `${room.at}/vote`, { key: room.watcher.token, body: { step: 1, choice: 3 } })).status, 204);
     assert.equal(
       (await c.call('PATCH', room.at, { key: room.player.token, body: { phase: 'locked' } })).status,
@@ -99,12 +96,15 @@ for (const how of ['kill', 'stop'])
     const locked = await c.call('PATCH', room.at, { key: room.key, body: { phase: 'locked' } });
     assert.equal(locked.status, 200, locked.text);
     assert.deepEqual((await c.get(room.at)).json.state.tally, [0, 0, 1, 1]);
+    const control = async () => (await c.get(`/api/v1/sessions/${after.board}`)).json.params.players[1].control;
+    assert.equal((await c.call('PATCH', room.at, { key: room.key, body: { phase: 'free' } })).status, 200);
+    await waitFor(async () => (await control()) === 'person', 'after the lesson the holder drives');
+    const input = { key: room.player.token, body: { player: 1, axes: [1, 0], buttons: 0 } };
+    const drives = await c.call('POST', `/api/v1/sessions/${after.board}/input`, input);
+    assert.ok(drives.status < 300, `its token drives: ${drives.text}`);
     const free = await c.call('PATCH', `${room.at}/member`, { key: room.player.token, body: { role: 'watch' } });
     assert.equal(free.status, 200, free.text);
-    await waitFor(async () => {
-      const { params } = (await c.get(`/api/v1/sessions/${after.board}`)).json;
-      return params.players[1].control === 'script';
-    }, 'a seat that is left goes back to the script');
+    await waitFor(async () => (await control()) === 'script', 'a seat that is left goes back to the script');
     stream.close?.();
   });
 

@@ -76,6 +76,8 @@ static void enter_phase(ll_class *c)
         c->board.order = LL_CLASS_PAUSE_BOARD;
         break;
     case LL_CLASS_RUN:
+    case LL_CLASS_CHANGE:
+    case LL_CLASS_FREE:
         c->board.order = LL_CLASS_PLAY_BOARD;
         break;
     default: /* the clock stays as it is */
@@ -123,10 +125,22 @@ static void free_seat(ll_class *c, int place)
 
 void ll_class_set_board(ll_class *c, const char *session)
 {
-    for (int i = 0; i < c->capacity; i++)
-        free_seat(c, i);
-    c->board = (ll_class_board){.status = -1, .unread = *session != '\0'};
-    memcpy(c->board.link.session, session, strlen(session) + 1);
+    ll_class_board board = {.status = -1, .unread = *session != '\0'};
+    for (int i = 0; i < c->capacity; i++) {
+        ll_class_member *m = &c->members[i];
+        if (!*session)
+            free_seat(c, i);
+        if (m->player < 0)
+            continue;
+        board.script[m->player] = c->board.script[m->player];
+        m->notified = false; /* so that it authenticates at this one */
+    }
+    memcpy(board.link.session, session, strlen(session) + 1);
+    if (strcmp(session, c->board.link.session) == 0)
+        memcpy(board.driven, c->board.driven, sizeof board.driven);
+    if (*session && c->now.phase == LL_CLASS_FREE)
+        board.order = LL_CLASS_PLAY_BOARD;
+    c->board = board;
     c->changed = true;
 }
 
@@ -171,7 +185,7 @@ void ll_class_see_board(ll_class *c, int status, int64_t tick)
     bool playing = status == LL_SESSION_PLAYING;
     bool waits = board->order != LL_CLASS_NO_ORDER || c->now.frozen || board->link.held;
     bool stopped = board->status >= 0 && status != board->status && !playing;
-    if (board->resumed && playing && c->now.phase == LL_CLASS_RUN)
+    if (board->resumed && playing && ll_class_runs(c))
         board->order = LL_CLASS_PLAY_BOARD; /* again as far as its stop */
     stopped = stopped || (board->resumed && !playing);
     board->resumed = false;
@@ -184,9 +198,15 @@ void ll_class_see_board(ll_class *c, int status, int64_t tick)
     board->tick = tick;
 }
 
+bool ll_class_runs(const ll_class *c)
+{
+    return c->now.phase == LL_CLASS_RUN || c->now.phase == LL_CLASS_CHANGE;
+}
+
 bool ll_class_drives(const ll_class *c, int player)
 {
-    return ll_class_holder(c, player) >= 0 && !c->board.script[player];
+    bool shows = c->now.lesson[0] && c->now.phase != LL_CLASS_FREE;
+    return !shows && ll_class_holder(c, player) >= 0 && !c->board.script[player];
 }
 
 /* ---- members ---- */

@@ -45,6 +45,7 @@ typedef enum ll_class_phase {
     LL_CLASS_RUN,
     LL_CLASS_STOPPED,
     LL_CLASS_EXPLAIN,
+    LL_CLASS_CHANGE, /* plays once more, with one thing changed */
     LL_CLASS_FREE,
 } ll_class_phase;
 
@@ -163,7 +164,7 @@ ll_class *ll_class_copy(const ll_class *c); /* NULL without memory; the caller e
 /* The teacher's merge patch of ll_class_table, all or nothing. LL_BAD_INPUT names field and range. */
 ll_status ll_class_change(ll_class *c, const struct cJSON *patch);
 
-/* Another session is on the board (empty: none): all seats are free, votes stay. */
+/* Another session is on the board (empty: none): votes stay, and seats as far as it has their players. */
 void ll_class_set_board(ll_class *c, const char *session);
 /* Players as read from the session. A seat that the board does not have becomes a place to watch. */
 void ll_class_set_players(ll_class *c, const struct cJSON *params, uint32_t version);
@@ -216,7 +217,10 @@ void ll_class_heard(ll_class *c, int place, int64_t round_trip_ns, ll_time now);
 /* Seats whose holders are silent for too long. */
 void ll_class_pass_time(ll_class *c, ll_time now);
 
-/* Whether a member drives this player: its `control` has to be person. */
+/* Whether the phase plays the board, as far as `stop_tick`. */
+bool ll_class_runs(const ll_class *c);
+/* Whether a member drives this player: its `control` has to be person. A lesson shows what its script does:
+ * until phase `free` the holders of its seats only watch. */
 bool ll_class_drives(const ll_class *c, int player);
 int ll_class_holder(const ll_class *c, int player); /* -1: the seat is free */
 bool ll_class_is_away(const ll_class_member *member, ll_time now);

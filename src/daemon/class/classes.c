@@ -220,8 +220,7 @@ static bool visit(ll_class_entry *entry, ll_time now)
 {
     ll_classes *classes = entry->classes;
     const ll_class *c = &entry->values;
-    bool active =
-        entry->viewers || c->now.frozen || c->now.phase == LL_CLASS_RUN || now - entry->used < 10 * LL_SECOND;
+    bool active = entry->viewers || c->now.frozen || ll_class_runs(c) || now - entry->used < 10 * LL_SECOND;
     if (entry->viewers)
         entry->used = now;
     else if ((double)(now - entry->used) > classes->config.class_ttl_s * 1e9)

@@ -3,10 +3,10 @@
 
 #include <string.h>
 
-const char *const ll_class_phases[] = {[LL_CLASS_LOBBY] = "lobby",     [LL_CLASS_PREDICT] = "predict",
-                                       [LL_CLASS_LOCKED] = "locked",   [LL_CLASS_RUN] = "run",
-                                       [LL_CLASS_STOPPED] = "stopped", [LL_CLASS_EXPLAIN] = "explain",
-                                       [LL_CLASS_FREE] = "free",       NULL};
+const char *const ll_class_phases[] = {
+    [LL_CLASS_LOBBY] = "lobby",   [LL_CLASS_PREDICT] = "predict", [LL_CLASS_LOCKED] = "locked",
+    [LL_CLASS_RUN] = "run",       [LL_CLASS_STOPPED] = "stopped", [LL_CLASS_EXPLAIN] = "explain",
+    [LL_CLASS_CHANGE] = "change", [LL_CLASS_FREE] = "free",       NULL};
 const char *const ll_class_roles[] = {
     [LL_CLASS_WATCH] = "watch", [LL_CLASS_PLAY] = "play", [LL_CLASS_COPY] = "copy", NULL};
 
@@ -40,7 +40,7 @@ static const ll_param settings_rows[] = {
     {LL_PARAM_ROW("choices", INT, ll_class_settings, choices), .max = LL_CLASS_CHOICES,
      .help = "Choices of this step's question; 0: it has none."},
     {LL_PARAM_ROW("stop_tick", INT, ll_class_settings, stop_tick), .max = 1e12, .unit = "ticks",
-     .help = "Tick at which phase run pauses the board; 0: none."},
+     .help = "Tick at which phases run and change pause the board; 0: none."},
     {LL_PARAM_ROW("frozen", BOOL, ll_class_settings, frozen), .help = "The board and all copies are paused."},
     {LL_PARAM_ROW("together", BOOL, ll_class_settings, together), .help = "Every page shows the board."},
     {LL_PARAM_ROW("door", CHOICE, ll_class_settings, door), .choices = doors,

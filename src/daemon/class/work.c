@@ -65,7 +65,7 @@ static bool pick_copy(const ll_class *c, action *a)
 static bool pick(ll_class *c, action *a)
 {
     ll_class_board *board = &c->board;
-    *a = (action){.place = -1, .stop_tick = c->now.phase == LL_CLASS_RUN ? c->now.stop_tick : 0};
+    *a = (action){.place = -1, .stop_tick = ll_class_runs(c) ? c->now.stop_tick : 0};
     memcpy(a->session, board->link.session, sizeof a->session);
     if (!a->session[0])
         return pick_copy(c, a);
@@ -321,9 +321,8 @@ static void look(ll_class_entry *entry, ll_class *c)
     if (ll_session_entry_glance(session_entry, &glance)) {
         board->unread = board->unread || glance.params_version != board->params_version;
         /* A session without viewers runs only when it is used, as by reading it: so it comes to its stop. */
-        board->unread =
-            board->unread || (c->now.phase == LL_CLASS_RUN && glance.status == LL_SESSION_PLAYING &&
-                              ll_session_entry_viewers(session_entry) == 0);
+        board->unread = board->unread || (ll_class_runs(c) && glance.status == LL_SESSION_PLAYING &&
+                                          ll_session_entry_viewers(session_entry) == 0);
         board->link.held = board->link.held && (glance.status != LL_SESSION_PLAYING || !c->now.frozen);
         ll_class_see_board(c, (int)glance.status, glance.tick);
     }

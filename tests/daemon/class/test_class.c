@@ -38,14 +38,19 @@ static ll_status refused(fixture *f, const char *patch)
     return status;
 }
 
+static void show_players(fixture *f, const char *session, const char *text)
+{
+    cJSON *params = cJSON_Parse(text);
+    ll_class_set_board(&f->c, session);
+    ll_class_set_players(&f->c, params, 1);
+    cJSON_Delete(params);
+}
+
 /* Two players, `A` and `B`, are on the board. */
 static void show(fixture *f)
 {
-    cJSON *params =
-        cJSON_Parse("{\"players\":[{\"name\":\"A\",\"lag_ms\":150},{\"name\":\"B\",\"lag_ms\":20}]}");
-    ll_class_set_board(&f->c, "abcdefghijklmnopqrstuvwxyz");
-    ll_class_set_players(&f->c, params, 1);
-    cJSON_Delete(params);
+    show_players(f, "abcdefghijklmnopqrstuvwxyz",
+                 "{\"players\":[{\"name\":\"A\",\"lag_ms\":150},{\"name\":\"B\",\"lag_ms\":20}]}");
 }
 
 static ll_code join_from(fixture *f, int i, uint64_t client, int *place)
@@ -110,7 +115,7 @@ static void phases_order_the_board(void **state)
     } rows[] = {{"lobby", LL_CLASS_NO_ORDER},      {"predict", LL_CLASS_PAUSE_BOARD},
                 {"locked", LL_CLASS_PAUSE_BOARD},  {"run", LL_CLASS_PLAY_BOARD},
                 {"stopped", LL_CLASS_PAUSE_BOARD}, {"explain", LL_CLASS_NO_ORDER},
-                {"free", LL_CLASS_NO_ORDER}};
+                {"change", LL_CLASS_PLAY_BOARD},   {"free", LL_CLASS_PLAY_BOARD}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         char patch[80];
         f->c.board.order = LL_CLASS_NO_ORDER;
@@ -222,6 +227,58 @@ static void a_seat_has_one_holder(void **state)
     assert_int_equal(f->c.members[b].player, -1);
     status = ll_class_claim(&f->c, b, -1, f->now);
     assert_int_equal(status.code, LL_CONFLICT);
+}
+
+static void seats_stay_where_the_new_board_has_their_players(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0), b = join(f, 1);
+    assert_int_equal(ll_class_claim(&f->c, a, 0, f->now).code, LL_OK);
+    assert_int_equal(ll_class_claim(&f->c, b, 1, f->now).code, LL_OK);
+    ll_class_connected(&f->c, a, f->now);
+    f->now += LL_CLASS_SEAT_NS + 1;
+    ll_class_heard(&f->c, a, 1, f->now);
+    ll_class_pass_time(&f->c, f->now); /* the script has B's */
+    f->c.board.driven[0] = true;
+    f->c.members[a].notified = true;
+    show_players(f, "bbbbbbbbbbbbbbbbbbbbbbbbbb",
+                 "{\"players\":[{\"name\":\"X\"},{\"name\":\"Y\"},{\"name\":\"Z\"}]}");
+    assert_string_equal(seat_state(f, 0), "held");
+    assert_string_equal(seat_state(f, 1), "script");
+    assert_string_equal(seat_state(f, 2), "free");
+    assert_true(ll_class_drives(&f->c, 0) && !ll_class_drives(&f->c, 1));
+    assert_false(f->c.board.driven[0]); /* it is to be set there, too */
+    assert_false(f->c.members[a].notified);
+    f->c.board.driven[0] = true;
+    ll_class_set_board(&f->c, "bbbbbbbbbbbbbbbbbbbbbbbbbb");
+    assert_true(f->c.board.driven[0]);
+    show_players(f, "cccccccccccccccccccccccccc", "{\"players\":[{\"name\":\"X\"}]}");
+    assert_int_equal(f->c.members[a].player, 0);
+    assert_int_equal(f->c.members[b].player, -1);
+    assert_int_equal(f->c.members[b].role, LL_CLASS_WATCH);
+    assert_int_equal(f->c.board.order, LL_CLASS_NO_ORDER);
+    set(f, "{\"phase\":\"free\"}");
+    show_players(f, "dddddddddddddddddddddddddd", "{}");
+    assert_int_equal(f->c.members[a].player, -1);
+    assert_int_equal(f->c.board.order, LL_CLASS_PLAY_BOARD);
+}
+
+static void in_a_lesson_the_script_drives_until_all_are_free(void **state)
+{
+    fixture *f = *state;
+    int a = join(f, 0);
+    assert_int_equal(ll_class_claim(&f->c, a, 0, f->now).code, LL_OK);
+    static const struct {
+        const char *patch;
+        bool drives;
+    } rows[] = {{"{\"phase\":\"run\"}", true},     {"{\"lesson\":\"who_waits\"}", false},
+                {"{\"phase\":\"change\"}", false}, {"{\"phase\":\"free\"}", true},
+                {"{\"phase\":\"lobby\"}", false},  {"{\"lesson\":\"\"}", true}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        set(f, rows[i].patch);
+        assert_int_equal(ll_class_drives(&f->c, 0), rows[i].drives);
+        assert_string_equal(seat_state(f, 0), "away"); /* it stays the holder's */
+    }
 }
 
 static void the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back(void **state)
@@ -486,6 +543,7 @@ static void saved_and_loaded_a_class_is_the_same_without_its_connections(void **
     cJSON_Delete(again);
     free(text);
     cJSON_Delete(json);
+    set(f, "{\"phase\":\"free\"}");
     ll_class_pass_time(&f->c, f->now + 19 * LL_SECOND); /* of its own time, not of that before */
     assert_true(ll_class_drives(&f->c, 1));
     ll_class_pass_time(&f->c, f->now + 21 * LL_SECOND);
@@ -535,6 +593,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_board_that_stops_by_itself_ends_the_run, setup, teardown),
         cmocka_unit_test_setup_teardown(votes_count_once_and_are_hidden_until_locked, setup, teardown),
         cmocka_unit_test_setup_teardown(a_seat_has_one_holder, setup, teardown),
+        cmocka_unit_test_setup_teardown(seats_stay_where_the_new_board_has_their_players, setup, teardown),
+        cmocka_unit_test_setup_teardown(in_a_lesson_the_script_drives_until_all_are_free, setup, teardown),
         cmocka_unit_test_setup_teardown(the_script_takes_a_seat_after_20_s_and_its_holder_gets_it_back, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(a_full_class_drops_who_has_been_away_for_longest, setup, teardown),
