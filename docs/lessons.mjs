@@ -19,9 +19,10 @@ const WIDTH = 140;
 const PLACEHOLDER = /\{([^{}]*)\}/g;
 const NAME_WITH_DIGITS = /\p{L}\d+/gu; // RK4, AABB2
 
-/** @typedef {{metric?: string, trace?: string, tick?: number, since?: number, setting?: string, per?: number, scale?: number,
+/** @typedef {{metric?: string, trace?: string, tick?: number, since?: number, setting?: string, record?: string, where?: Record<string, string>, column?: string, per?: number, scale?: number,
  *   minus?: Measure, scenario?: string, set?: Record<string, any>, changed?: true}} Measure */
-/** @typedef {{metrics: any, scenario: any, trace: () => {ticks: Map<number, string[]>, columns: string[]}}} Run */
+/** @typedef {{metrics: any, scenario: any, trace: () => {ticks: Map<number, string[]>, columns: string[]},
+ *   record: (name: string) => Record<string, string>[]}} Run */
 
 /** Ids of the lessons of the library. */
 export const lessonIds = () =>
@@ -31,6 +32,13 @@ export const lessonIds = () =>
     .sort();
 
 // ---- the engine ----
+
+/** A table, by its columns. @param {string} text @returns {Record<string, string>[]} */
+function rowsOf(text) {
+  const [head = '', ...rows] = text.trim().split(/\r?\n/),
+    columns = head.split(',');
+  return rows.map((row) => Object.fromEntries(row.split(',').map((cell, i) => [columns[i], cell])));
+}
 
 /** Runs scenarios, each set of parameters once. @param {string} binary */
 export function engine(binary) {
@@ -44,16 +52,19 @@ export function engine(binary) {
     const folder = mkdtempSync(path.join(tmpdir(), 'laglab-lesson-'));
     try {
       const settings = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
-      const files = ['--trace', path.join(folder, 'trace.csv'), '--log', path.join(folder, 'log')];
-      const text = execFileSync(binary, ['run', scenario, '--seed', String(seed), ...settings, ...files], {
-        encoding: 'utf8',
-        maxBuffer: 1 << 28,
-        stdio: ['ignore', 'pipe', 'pipe'],
-      });
+      const ran = (/** @type {string[]} */ ...files) =>
+        execFileSync(binary, ['run', scenario, '--seed', String(seed), ...settings, ...files], {
+          encoding: 'utf8',
+          maxBuffer: 1 << 28,
+          stdio: ['ignore', 'pipe', 'pipe'],
+        });
+      const text = ran('--trace', path.join(folder, 'trace.csv'), '--log', path.join(folder, 'log'));
       const table = readFileSync(path.join(folder, 'trace.csv'), 'utf8').trim().split('\n');
       const log = readFileSync(path.join(folder, 'log'), 'utf8');
       /** @type {ReturnType<Run['trace']>} */
       let parsed;
+      /** @type {Map<string, Record<string, string>[]>} */
+      const records = new Map();
       const made = {
         metrics: JSON.parse(text).metrics,
         scenario: JSON.parse(log.slice(0, log.indexOf('\n'))).scenario,
@@ -61,6 +72,20 @@ export function engine(binary) {
           const [columns, ...rows] = table.map((line) => line.split(','));
           const tick = columns.indexOf('tick');
           return (parsed ??= { columns, ticks: new Map(rows.map((row) => [Number(row[tick]), row])) });
+        },
+        record(/** @type {string} */ name) {
+          const known = records.get(name);
+          if (known) return known;
+          const own = mkdtempSync(path.join(tmpdir(), 'laglab-lesson-')),
+            file = path.join(own, 'record.csv');
+          try {
+            ran('--trace-of', `${name}=${file}`);
+            const rows = rowsOf(readFileSync(file, 'utf8'));
+            records.set(name, rows);
+            return rows;
+          } finally {
+            rmSync(own, { recursive: true });
+          }
         },
       };
       runs.set(key, made);
@@ -90,10 +115,20 @@ export function measure(lesson, what, asked) {
       return row[column] === '' ? Number.NaN : Number(row[column]);
     };
     value = cell(what.tick ?? 0) - (what.since === undefined ? 0 : cell(what.since));
+  } else if (what.record !== undefined) {
+    const rows = run
+      .record(what.record)
+      .filter(
+        (row) => Number(row.session_tick) === what.tick && Object.entries(what.where ?? {}).every(([name, want]) => row[name] === want),
+      );
+    if (rows.length !== 1) throw new Error(`${what.record} has ${rows.length} such rows at tick ${what.tick}; exactly one is wanted`);
+    const cell = rows[0]?.[what.column ?? ''];
+    if (cell === undefined) throw new Error(`${what.record} has no column ${what.column}`);
+    value = cell === '' ? Number.NaN : Number(cell);
   } else if (what.metric !== undefined) value = at(run.metrics, what.metric);
   else value = at(run.scenario, what.setting ?? '');
   if (typeof value !== 'number' || !Number.isFinite(value)) {
-    const name = what.trace ?? what.metric ?? what.setting;
+    const name = what.trace ?? what.column ?? what.metric ?? what.setting;
     throw new Error(value === undefined ? `there is no ${what.metric ? 'metric' : 'parameter'} ${name}` : `${name} is no number: ${value}`);
   }
   if (what.per !== undefined) value = what.per / value;
@@ -140,6 +175,8 @@ export function textsOf(lesson) {
     ...Object.entries(lesson.shows ?? {}).flatMap(([step, one]) =>
       /** @type {any} */ (one).label ? [{ where: `shows.${step}.label`, text: /** @type {any} */ (one).label }] : [],
     ),
+    ...(lesson.moments ? [{ where: 'moments.text', text: lesson.moments.text }] : []),
+    ...(lesson.look.before ? [{ where: 'look.before.text', text: lesson.look.before.text }] : []),
     ...(lesson.erratum ? [{ where: 'erratum', text: lesson.erratum }] : []),
     ...lesson.misconceptions.map((/** @type {any} */ text, /** @type {number} */ i) => ({ where: `misconceptions.${i}`, text })),
   ];
@@ -264,6 +301,33 @@ function controlProblems(lesson, asked) {
   return found;
 }
 
+/** The ticks at which the same happens as at the stop. @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {number[]} */
+export function momentsOf(lesson, asked) {
+  const { record, where, from_s: from } = lesson.moments;
+  /** @type {Set<string>} each row once: a record may show it for longer */
+  const met = new Set();
+  return asked
+    .run(lesson.scenario, lesson.set, lesson.seed)
+    .record(record)
+    .flatMap((/** @type {Record<string, string>} */ row) => {
+      const is = Object.entries(where).every(([name, want]) => row[name]?.split('|').includes(/** @type {string} */ (want))),
+        key = `${row.player} ${row.tick}`;
+      if (!is || met.has(key)) return [];
+      met.add(key);
+      return Number(row.time_s) >= from ? [Number(row.session_tick)] : [];
+    });
+}
+
+/** @param {any} lesson @param {ReturnType<typeof engine>} asked @returns {string[]} */
+function momentProblems(lesson, asked) {
+  if (!lesson.moments) return [];
+  const ticks = momentsOf(lesson, asked),
+    found = [];
+  if (String(ticks) !== String(lesson.moments.ticks)) found.push(`moments.ticks: the engine says ${ticks.join(', ')}`);
+  if (!ticks.includes(lesson.stop_tick)) found.push(`stop_tick: ${lesson.stop_tick} is not among the moments`);
+  return found;
+}
+
 /** Everything that is wrong with a lesson, a sentence each. @param {any} lesson @param {ReturnType<typeof engine>} asked
  * @returns {string[]} */
 export function problems(lesson, asked) {
@@ -274,6 +338,7 @@ export function problems(lesson, asked) {
     ...answerProblems(lesson, asked),
     ...numberProblems(lesson, asked),
     ...controlProblems(lesson, asked),
+    ...momentProblems(lesson, asked),
   ];
   try {
     const { ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
@@ -294,7 +359,8 @@ export function withNumbers(lesson, asked) {
       return [name, number];
     }
   });
-  return { ...lesson, numbers: Object.fromEntries(numbers) };
+  const moments = lesson.moments && { moments: { ...lesson.moments, ticks: momentsOf(lesson, asked) } };
+  return { ...lesson, ...moments, numbers: Object.fromEntries(numbers) };
 }
 
 /** JSON in which what fits on a line stands on one. @param {any} value @param {string} [indent] @returns {string} */

@@ -4,7 +4,7 @@ import { letter } from '../base/format.js';
 import { find, valueAt } from '../base/schema.js';
 import { look, lesson, params, schema } from '../session/state.js';
 import { control } from '../workbench/controls.js';
-import { CHANGE, controlsOf, opened, remake, unlocked } from './steps.js';
+import { CHANGE, controlsOf, opened, remake, stands, unlocked } from './steps.js';
 import { word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -27,7 +27,7 @@ function onChange(event) {
   if (!(element instanceof HTMLInputElement || element instanceof HTMLSelectElement)) return;
   const path = element.dataset.path ?? '',
     row = rowOf(path);
-  if (row === null || row.live) return;
+  if (row === null || (row.live && !stands(lesson.value?.step ?? 0))) return;
   event.stopPropagation();
   if (element instanceof HTMLSelectElement) remake(path, element.value);
   else if (element.type === 'checkbox') remake(path, element.checked);
@@ -37,9 +37,10 @@ function onChange(event) {
 /** @param {string} path @returns {Template | typeof nothing} */
 function setting(path) {
   const owner = ownerOf(path);
-  if (owner === '') return control(path);
+  const slider = path.endsWith('.lag_ms');
+  if (owner === '') return control(path, { slider });
   return html`<div class="owned" role="group" aria-label=${owner.slice(0, -2)}><span
-    class="owner" aria-hidden="true">${owner}</span>${control(path)}</div>`;
+    class="owner" aria-hidden="true">${owner}</span>${control(path, { slider })}</div>`;
 }
 
 /** The settings of the step that is shown. @param {Lesson} of @returns {Template | typeof nothing} */

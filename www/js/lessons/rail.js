@@ -2,7 +2,8 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
 import { openLesson, toSandbox } from '../session/session.js';
-import { lesson, status } from '../session/state.js';
+import { frame, lesson, status } from '../session/state.js';
+import { control } from '../session/time.js';
 import { highlighted, lock, settings } from './controls.js';
 import {
   CHANGE,
@@ -69,9 +70,21 @@ function running(of) {
     <button type="button" class="link" @click=${() => jump()}>${word('run.jump')}</button>`;
 }
 
+/** Other ticks at which the same happens. @param {Lesson} of @returns {Template | typeof nothing} */
+function moments({ moments: all }) {
+  if (!all) return nothing;
+  const { ticks, text } = all,
+    now = frame.value?.tick ?? 0,
+    at = Math.max(0, ticks.filter((tick) => tick <= now).length - 1);
+  const to = (/** @type {number} */ i) => html`<button type="button" aria-label=${word(i < at ? 'moments.before' : 'moments.next')}
+    ?disabled=${ticks[i] === undefined} @click=${() => control({ op: 'seek', tick: ticks[i] })}>${i < at ? '◂' : '▸'}</button>`;
+  return html`<div class="moments" role="group" aria-label=${text[language.value]}><span>${text[language.value]}</span>${to(at - 1)}<span
+    aria-live="polite">${word('moments.at', { n: at + 1, of: ticks.length })}</span>${to(at + 1)}</div>`;
+}
+
 /** @param {Lesson} of @returns {Template} */
 function observe(of) {
-  return html`<p>${textOf(of, 3)}</p>${highlighted()}
+  return html`<p>${textOf(of, 3)}</p>${highlighted()}${moments(of)}
     <button type="button" class="main" @click=${() => go(4)}>${word('steps.explain')}</button>`;
 }
 
@@ -86,7 +99,7 @@ function explain(of) {
   return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
       <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${label}${amountOf(of.answer)}</dd></div></dl>
     ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
-    <p>${textOf(of, 4)}</p>${highlighted()}
+    <p>${textOf(of, 4)}</p>${highlighted()}${moments(of)}
     ${of.erratum ? html`<p class="faint" id="erratum"><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}
     <button type="button" class="main" @click=${() => go(5)}>${word('steps.change')}</button>`;
 }

@@ -18,8 +18,8 @@ import { file, filled, ready, word } from './words.js';
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
  * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number,
- * stop_tick: number, speed: number, look: {at: string, player?: number},
- * camera?: import('../session/state.js').Camera,
+ * stop_tick: number, speed: number, look: {at: string, player?: number, before?: {number: string, text: Text}},
+ * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
@@ -160,12 +160,17 @@ function begin(of, own) {
   return showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted);
 }
 
-/** A setting that a session takes only when it is made: another one, of the same seed. @param {string} path @param {Value} value */
+/** Whether a step stands at the stop. @param {number} step */
+export const stands = (step) => step === OBSERVE || step === OBSERVE + 1;
+
+/** Another session of the same seed: for a setting that one takes only when it is made, and for any where time stands at the stop, which
+ * it then does again. @param {string} path @param {Value} value */
 export async function remake(path, value) {
   const now = opened.value;
   if (now === null || variant === '' || !may(path)) return;
   try {
     await begin(now, { ...given, [path]: value });
+    if (stands(lesson.value?.step ?? 0)) await control({ op: 'seek', tick: now.stop_tick });
   } catch (error) {
     notify(error instanceof Error ? error.message : String(error), true);
   }
@@ -174,7 +179,7 @@ export async function remake(path, value) {
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
   const wanted = step === CHANGE ? 'changed' : 'plain',
-    goal = step === OBSERVE || step === OBSERVE + 1 ? of.stop_tick : 0;
+    goal = stands(step) ? of.stop_tick : 0;
   let tick = frame.value?.tick ?? 0;
   const touched = Object.keys(given).length > 0 || seen.patches !== patched;
   if (variant !== wanted || touched) {
@@ -271,6 +276,21 @@ function shownAt(of, step) {
   return one === undefined ? null : { ...one, label: one.label ? filled(one.label, of.numbers) : '' };
 }
 
+/** What a step is about. @param {Lesson} of @param {number} step */
+function lookOf({ look: { before, ...rest }, numbers, answer }, step) {
+  const changed = step === CHANGE;
+  return {
+    ...rest,
+    step,
+    before: before
+      ? {
+          rate: changed ? answer.value : (numbers[before.number]?.value ?? 0),
+          text: changed ? word('change.first') : filled(before.text, numbers),
+        }
+      : null,
+  };
+}
+
 export function listen() {
   effect(() => {
     const at = lesson.value,
@@ -290,12 +310,13 @@ export function listen() {
     const free = unlocked.value;
     const open = at !== null && at.id !== '' && !free && (now === null || (at.step === 1 && choice.value === null));
     const stop = at === null || now === null ? 0 : stopOf(now, at.step);
+    const shown = at === null || now === null ? null : lookOf(now, at.step);
     const reason = open ? word('predict.first') || '…' : '';
     untracked(() => {
       held.value = reason;
       allowed.value = at === null || at.id === '' || free ? null : new Set(now === null ? [] : controlsOf(now, at.step));
       stopTick.value = stop;
-      look.value = at === null || now === null || at.step === 1 ? null : now.look;
+      look.value = shown;
     });
   });
   effect(() => {

@@ -43,7 +43,8 @@ effect(() => {
 });
 let lessons = false;
 effect(() => {
-  const { at, player = 0 } = look.value ?? { at: '' };
+  const { at: of, player = 0, step = 0 } = look.value ?? { at: '' },
+    at = step > 1 ? of : '';
   untracked(() => {
     if (at === 'packet' && !lessons) followed.value = { player, number: 0, auto: true };
     else if (at !== 'packet' && lessons) followed.value = null;

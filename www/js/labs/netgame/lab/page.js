@@ -10,6 +10,7 @@ import { layout } from '../core/layout.js';
 import { followed, overlays, tab } from '../core/state.js';
 import { follow, view } from './follow.js';
 import { pads } from './pads.js';
+import { picture } from './picture.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { compareButton, side } from './side.js';
 
@@ -114,10 +115,12 @@ export function template() {
   if (followed.value !== null)
     return html`${tabs()}<main data-tab="packet"><div class="rows" id="views"
       tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
+  const instead = picture.value;
+  if (instead !== null && !instead.views.value) return instead.template();
   const shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
   return html`${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length} data-shape=${shape}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
         ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
-      ${side()}</main>`;
+      ${side()}${instead?.back() ?? nothing}</main>`;
 }
