@@ -19,7 +19,8 @@ const WIDTH = 140;
 const PLACEHOLDER = /\{([^{}]*)\}/g;
 const NAME_WITH_DIGITS = /\p{L}\d+/gu; // RK4, AABB2
 
-/** @typedef {{metric?: string, trace?: string, tick?: number, since?: number, setting?: string, record?: string, where?: Record<string, string>, column?: string, per?: number, scale?: number,
+/** @typedef {{metric?: string, trace?: string, tick?: number, since?: number, setting?: string, record?: string,
+ *   where?: Record<string, string>, column?: string, per?: number, scale?: number,
  *   minus?: Measure, scenario?: string, set?: Record<string, any>, changed?: true}} Measure */
 /** @typedef {{metrics: any, scenario: any, trace: () => {ticks: Map<number, string[]>, columns: string[]},
  *   record: (name: string) => Record<string, string>[]}} Run */
@@ -157,7 +158,7 @@ export function schemaProblems(lesson) {
     if (keyword === 'additionalProperties' || keyword === 'unevaluatedProperties')
       return `${where}: ${params.additionalProperty ?? params.unevaluatedProperty} is unknown`;
     if (keyword === 'enum') return `${where}: must be one of ${params.allowedValues.join(', ')}`;
-    if (keyword === 'oneOf') return `${where}: must name one of metric, trace with tick, setting`;
+    if (keyword === 'oneOf') return `${where}: must name one of metric, trace with tick, record with tick and column, setting`;
     return `${where}: ${message}`;
   });
   return [...new Set(said)];

@@ -52,6 +52,9 @@ test('ten questions, every figure of the paper, and techniques; each lesson has 
     for (const before of prerequisites) assert.ok(order.get(before) < order.get(id), `${id}: ${before} comes before it`);
 });
 
+/** What may be tried before the change, too. @type {Record<string, string[]>} */
+const FREE = { who_waits: ['players.2.lag_ms'] };
+
 test('each lesson says what each step leaves to be used: time, and what the change is about', () => {
   for (const id of ids) {
     const { controls, change } = read(id);
@@ -60,7 +63,10 @@ test('each lesson says what each step leaves to be used: time, and what the chan
     assert.ok(settings.length > 0, id);
     for (const name of settings) assert.ok(name in change.set, `${id}: the change sets ${name}`);
     for (const step of ['predict', 'run', 'observe', 'explain'])
-      assert.ok(controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.')), `${id} ${step}`);
+      assert.ok(
+        controls[step].length > 0 && controls[step].every((name) => name.startsWith('time.') || FREE[id]?.includes(name)),
+        `${id} ${step}`,
+      );
   }
 });
 
@@ -143,8 +149,30 @@ const BROKEN = [
     (l) => l.controls.change.push('players.0'),
     /^controls\.change: there is no control players\.0$/,
   ],
-  ['a measure of two kinds', (l) => (l.answer.setting = 'duration_s'), /^answer: must name one of metric, trace with tick, setting$/],
+  [
+    'a measure of two kinds',
+    (l) => (l.answer.setting = 'duration_s'),
+    /^answer: must name one of metric, trace with tick, record with tick and column, setting$/,
+  ],
 ];
+
+test('moments and numbers of a record that are not the engine’s are refused', () => {
+  const lesson = read('behind_wall'),
+    { moments, numbers } = lesson;
+  assert.equal(moments.ticks.length, lesson.answer.value, 'as many as the answer counts');
+  moments.ticks.pop();
+  numbers.gap.value = 3.5;
+  lesson.stop_tick = 161;
+  const found = problems(lesson, asked).join('\n');
+  assert.match(found, /^moments\.ticks: the engine says 160, 311, /m);
+  assert.match(found, /^stop_tick: 161 is not among the moments$/m);
+  assert.match(found, /^numbers\.gap: has the value 3\.5; the engine says 1\.9$/m);
+  numbers.gap.where = { player: '1' };
+  assert.match(problems(lesson, asked).join('\n'), /^numbers\.gap: shot_bodies has 2 such rows at tick 160; exactly one is wanted$/m);
+  numbers.gap.where = { player: '1', body: '0' };
+  numbers.gap.column = 'looked_z_m';
+  assert.match(problems(lesson, asked).join('\n'), /^numbers\.gap: shot_bodies has no column looked_z_m$/m);
+});
 
 for (const [what, breakIt, says] of BROKEN)
   test(`a lesson with ${what} is refused`, () => {

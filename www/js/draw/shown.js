@@ -168,7 +168,7 @@ export function shown() {
     px,
     percent: (100 * px) / (along === 'y' ? at.height : at.width),
     inside,
-    seen: box.width > 0 && box.height > 0,
+    seen: box.width > 0 && Math.abs(box.width - at.width) < 4 && Math.abs(box.height - at.height) < 4 /* else drawn at another size */,
     value: Math.abs(to.value - from.value),
     names: [...at.places.keys()],
   };

@@ -44,8 +44,9 @@ export const tradeoff = signal(link.tradeoff);
 /** Where among the lessons the page is; null while a lab is shown.
  * @type {import('@preact/signals-core').Signal<import('../base/link.js').LessonAt | null>} */
 export const lesson = signal(link.lesson);
-/** What the lesson that is shown is about, and its step. before: the pace of another run, and what that was.
- * @type {import('@preact/signals-core').Signal<{at: string, player?: number, step: number, before: {rate: number, text: string} | null} | null>} */
+/** before: the pace of another run, and what that was
+ * @typedef {{at: string, player?: number, step: number, before: {rate: number, text: string} | null}} Look */
+/** What the lesson that is shown is about, and its step. @type {import('@preact/signals-core').Signal<Look | null>} */
 export const look = signal(null);
 /** How large a lesson shows a track: metres across, on a narrow view too; at: in the middle, without it the cars are followed; only: the
  * players that are drawn, all without it. @typedef {{m: number, narrow_m: number, at?: number, only?: number[]}} Camera */

@@ -24,7 +24,7 @@ import { scaleX } from '../views/scene.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed, framed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
-import { picture } from './picture.js';
+import { closeup } from './closeup.js';
 import { happened, showSide } from './side.js';
 
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
@@ -223,7 +223,7 @@ let laneFrame = null;
 /** @param {Frame} now @param {boolean} settled @param {boolean} name */
 export function draw(now, settled, name) {
   for (const canvas of document.getElementsByTagName('canvas')) if (canvas.dataset.view !== undefined) drawView(canvas, now, name);
-  picture.value?.draw(now, name);
+  closeup.value?.draw(now, name);
   const texts = facts(settled);
   lower(settled || name, () => {
     drawMessages(now, name);

@@ -10,7 +10,7 @@ import { layout } from '../core/layout.js';
 import { followed, overlays, tab } from '../core/state.js';
 import { follow, view } from './follow.js';
 import { pads } from './pads.js';
-import { picture } from './picture.js';
+import { closeup } from './closeup.js';
 import { messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { compareButton, side } from './side.js';
 
@@ -115,7 +115,7 @@ export function template() {
   if (followed.value !== null)
     return html`${tabs()}<main data-tab="packet"><div class="rows" id="views"
       tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
-  const instead = picture.value;
+  const instead = closeup.value;
   if (instead !== null && !instead.views.value) return instead.template();
   const shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
   return html`${tabs()}

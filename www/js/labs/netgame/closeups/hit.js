@@ -16,7 +16,7 @@ import { HITSCAN, bodiesOf, entitiesOf } from '../core/frame.js';
  * @typedef {{seen: Point, judged: Point, own: Point, muzzle: Point, end: Point | null, aim: number, hit: boolean, age: number,
  *   back: number}} Hit  age, back: ms */
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: Palette, frame: Frame, layout: Layout,
- *   victim: number, again: boolean}} Picture  again: after a change, with the first run as a ghost */
+ *   victim: number, again: boolean}} Drawing  again: after a change, with the first run as a ghost */
 
 const HELD_S = 0.24; /* a shot is shown for: the next one follows after 0.25 s */
 const LEAST = 600; /* px: narrower drawings have the whole yard below, and less of it */
@@ -83,7 +83,7 @@ function wallOf({ fixed: all }, victim, shooter) {
   return before.sort((a, b) => Math.abs(a.x - victim.x) - Math.abs(b.x - victim.x))[0] ?? null;
 }
 
-/** What of the yard is shown, and how: the same for both drawings of a size. @param {Picture} at */
+/** What of the yard is shown, and how: the same for both drawings of a size. @param {Drawing} at */
 function cameraOf(at) {
   const { frame, layout, victim, width } = at;
   const own = entitiesOf(frame, 0)[victim] ?? { x: 0, y: 0 },
@@ -108,10 +108,10 @@ function cameraOf(at) {
 
 /** @typedef {ReturnType<typeof cameraOf>} Camera */
 
-/** A narrow drawing has the whole yard below it; in a wide one it stands in a corner. @param {Picture} at */
+/** A narrow drawing has the whole yard below it; in a wide one it stands in a corner. @param {Drawing} at */
 const mapHeight = (at) => (at.width < LEAST && at.pen.canvas.id === 'hit-seen' ? at.width / 5 : 0);
 
-/** @param {Picture} at @param {Camera} camera */
+/** @param {Drawing} at @param {Camera} camera */
 function yard(at, camera) {
   const { pen, colours, width, layout } = at,
     { x, y, height } = camera;
@@ -144,7 +144,7 @@ function yard(at, camera) {
     drawText(pen, colours, t('netgame_more.hit.wall'), x(wall.x), height - colours.text, { align: 'center', colour: colours.faint });
 }
 
-/** The victim: as drawn, where it was, or where it truly is. @param {Picture} at @param {Camera} camera @param {Point} where
+/** The victim: as drawn, where it was, or where it truly is. @param {Drawing} at @param {Camera} camera @param {Point} where
  * @param {'now' | 'was' | 'judged'} kind */
 function body(at, camera, where, kind) {
   const { pen, colours, layout, victim } = at;
@@ -170,14 +170,14 @@ function body(at, camera, where, kind) {
   return { x: px, y: py, r };
 }
 
-/** Where a line from the shooter comes in. @param {Picture} at @param {Camera} camera @param {Point} from @param {Point} to */
+/** Where a line from the shooter comes in. @param {Drawing} at @param {Camera} camera @param {Point} from @param {Point} to */
 function entry(at, camera, from, to) {
   const x = at.width - 18,
     part = (camera.metres(x) - from.x) / (to.x - from.x || 1);
   return { x, y: camera.y(from.y + part * (to.y - from.y)) };
 }
 
-/** @param {Picture} at @param {{x: number, y: number}} from px @param {{x: number, y: number}} to @param {string} colour
+/** @param {Drawing} at @param {{x: number, y: number}} from px @param {{x: number, y: number}} to @param {string} colour
  * @param {number[]} [dash] @param {number} [wide] */
 function line({ pen, colours }, from, to, colour, dash = [], wide = colours.line + 1.5) {
   pen.strokeStyle = colour;
@@ -190,7 +190,7 @@ function line({ pen, colours }, from, to, colour, dash = [], wide = colours.line
   pen.setLineDash([]);
 }
 
-/** @param {Picture} at @param {{x: number, y: number}} end px, of a shot that hits @param {{x: number, y: number}} of what it hits */
+/** @param {Drawing} at @param {{x: number, y: number}} end px, of a shot that hits @param {{x: number, y: number}} of what it hits */
 function splash(at, { x, y }, of) {
   for (const turn of [-0.95, -0.35, 0.35, 0.95]) {
     const angle = turn + Math.atan2(y - of.y, x - of.x);
@@ -203,7 +203,7 @@ function splash(at, { x, y }, of) {
 /** Where a level line from the right meets a body. @param {{x: number, y: number, r: number}} of px @param {number} y */
 const edgeOf = ({ x, y: middle, r }, y) => ({ x: x + Math.sqrt(Math.max(0, r * r - (y - middle) ** 2)), y });
 
-/** The shooter, whose place lies beyond the edge. @param {Picture} at @param {Camera} camera @param {{x: number, y: number}} where
+/** The shooter, whose place lies beyond the edge. @param {Drawing} at @param {Camera} camera @param {{x: number, y: number}} where
  * @param {Point} from m */
 function shooter(at, camera, where, from) {
   const { pen, colours, victim, width } = at,
@@ -226,14 +226,14 @@ function shooter(at, camera, where, from) {
   });
 }
 
-/** A text that stays within the drawing. @param {Picture} at @param {string} text @param {number} x @param {number} y @param {string} colour
- * @param {boolean} [bold] */
+/** A text that stays within the drawing. @param {Drawing} at @param {string} text @param {number} x @param {number} y
+ * @param {string} colour @param {boolean} [bold] */
 function say(at, text, x, y, colour, bold = true) {
   const w = widthOf(at.pen, at.colours, text, bold);
   drawText(at.pen, at.colours, text, Math.max(4, Math.min(x, at.width - w - 6)), y, { colour, bold });
 }
 
-/** The whole yard, with a frame around what is shown large. @param {Picture} at @param {Camera} camera @param {Hit | null} hit */
+/** The whole yard, with a frame around what is shown large. @param {Drawing} at @param {Camera} camera @param {Hit | null} hit */
 function map(at, camera, hit) {
   const { pen, colours, layout, frame, victim } = at,
     { x_min: x0, x_max: x1, y_min: y0, y_max: y1 } = layout.scene;
@@ -289,7 +289,7 @@ function map(at, camera, hit) {
 /** @param {Camera} camera @param {number} px @returns {number} m */
 const highest = (camera, px) => (camera.y(0) - px) / camera.scale;
 
-/** What the shooter saw. @param {Picture} at @param {Hit | null} hit */
+/** What the shooter saw. @param {Drawing} at @param {Hit | null} hit */
 export function drawSeen(at, hit) {
   const { pen, colours, frame, victim } = at,
     camera = cameraOf(at),
@@ -314,9 +314,9 @@ export function drawSeen(at, hit) {
   map(at, camera, hit);
 }
 
-/** The gap between where the server looked and where the victim is. @param {Picture} at @param {{x: number, y: number, r: number}} from
+/** The gap between where the server looked and where the victim is. @param {Drawing} at @param {{x: number, y: number, r: number}} from
  * @param {{x: number, y: number, r: number}} to @param {string[]} words
- * @param {number} lower px, than the middle, where the words stand beside the shot */
+ * @param {number} lower px, than the middle, where the words stand next to the shot */
 function gap(at, from, to, words, lower) {
   const { pen, colours } = at;
   const wide = Math.max(...words.map((text) => widthOf(pen, colours, text, true))),
@@ -362,7 +362,7 @@ function gap(at, from, to, words, lower) {
   );
 }
 
-/** The victim's screen when the server decides. @param {Picture} at @param {Hit | null} hit */
+/** The victim's screen when the server decides. @param {Drawing} at @param {Hit | null} hit */
 export function drawDecided(at, hit) {
   const { pen, colours, frame, victim, again, width } = at,
     camera = cameraOf(at),
@@ -399,7 +399,7 @@ export function drawDecided(at, hit) {
   const text = hit.hit ? 'netgame_more.hit.rewound' : again ? 'netgame_more.hit.before' : 'netgame_more.hit.was';
   say(at, t(text, { name: letter(victim) }), there.x + there.r + 12, there.y - there.r - 4, hit.hit ? colours.snap : colours.faint);
   if (!hit.hit)
-    say(at, t('netgame_more.hit.nobody', { name: letter(who) }), there.x + there.r + 26, level + colours.text * 1.5, colours.snap);
+    say(at, t('netgame_more.hit.misses', { name: letter(who) }), there.x + there.r + 26, level + colours.text * 1.5, colours.snap);
   if (hit.end !== null) say(at, t('netgame_more.hit.behind', { name: letter(victim) }), own.x + own.r + 12, own.y + own.r + 6, colours.ink);
   const words = [`${fixed(Math.hypot(where.x - hit.own.x, where.y - hit.own.y), 1)} m`, ...(hit.hit ? [`${fixed(hit.back, 0)} ms`] : [])];
   gap(at, there, own, width < LEAST ? [words.join(' · ')] : words, (level - there.y) / 2);

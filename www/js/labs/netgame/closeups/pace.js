@@ -8,10 +8,10 @@ import { INPUT, RELAY, STALL } from '../core/frame.js';
 
 /** @typedef {import('../core/memory.js').Memory} Memory */
 /** @typedef {import('../core/memory.js').Met} Met */
-/** before: the pace of another run, and what that was
+/** delay: ticks, from a key to the step that it counts for; before: the pace of another run, and what that was
  * @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: import('../../../draw/palette.js').Palette,
- *   frame: import('../core/frame.js').Frame, memory: Memory, player: number, warmup: number,
- *   before: {rate: number, text: string} | null}} Picture */
+ *   frame: import('../core/frame.js').Frame, memory: Memory, player: number, warmup: number, delay: number,
+ *   before: {rate: number, text: string} | null}} Drawing */
 /** s; bits: of the players whose inputs were waited for @typedef {{from: number, to: number, bits: number, open: boolean}} Wait */
 /** A key from the player that was waited for to the one that waited. @typedef {{input: Met, relay: Met}} Way */
 
@@ -23,11 +23,11 @@ const EPS = 1e-4;
 /** Of inputs of a number the first: others repeat it. @param {Met[]} all @returns {Met[]} */
 const firsts = (all) => all.filter((one, i) => one.number !== all[i - 1]?.number);
 
-/** @param {Picture} at @param {number} p @returns {number[]} s, when its world stepped */
-export const stepsOf = (at, p) => firsts(at.memory.of(INPUT, p)).map((one) => one.begin_s);
+/** @param {Drawing} at @param {number} p @returns {number[]} s, when its world stepped */
+const stepsOf = (at, p) => firsts(at.memory.of(INPUT, p)).map((one) => one.begin_s);
 
-/** Those that are in the picture. @param {Picture} at @param {number} p @returns {Wait[]} the newest last */
-export function waitsOf(at, p) {
+/** Those that are in the drawing. @param {Drawing} at @param {number} p @returns {Wait[]} the newest last */
+function waitsOf(at, p) {
   const { frame, memory } = at;
   const list = memory.of(STALL, p).map(({ end_s: to, value, number: bits }) => ({ from: to - value / 1000, to, bits, open: false }));
   const peer = frame.peers[p],
@@ -37,14 +37,14 @@ export function waitsOf(at, p) {
   return list.filter(({ to }) => to > frame.time_s + AHEAD_S + 0.1 - SPAN_S);
 }
 
-/** Whom a wait was for: of several the farthest. @param {Picture} at @param {number} bits */
+/** Whom a wait was for: of several the farthest. @param {Drawing} at @param {number} bits */
 function cause({ frame }, bits) {
   const lag = (/** @type {number} */ p) => frame.views[1 + p]?.lag_ms ?? 0;
   const all = frame.peers.map(({ player }) => player).filter((p) => bits & (1 << p));
   return all.sort((a, b) => lag(b) - lag(a))[0] ?? -1;
 }
 
-/** The key that ended a wait, or will. @param {Picture} at @param {Wait} wait @param {number} player who waits @returns {Way | null} */
+/** The key that ended a wait, or will. @param {Drawing} at @param {Wait} wait @param {number} player who waits @returns {Way | null} */
 function wayOf(at, wait, player) {
   const who = cause(at, wait.bits),
     all = firsts(at.memory.of(RELAY, player)).filter((one) => one.end_s <= wait.to + EPS || wait.open),
@@ -53,7 +53,7 @@ function wayOf(at, wait, player) {
   return relay && input && relay.end_s > wait.from - EPS ? { input, relay } : null;
 }
 
-/** @param {Picture} at */
+/** @param {Drawing} at */
 function places(at) {
   const { colours, width, height, frame } = at,
     rows = frame.views.length - 1,
@@ -81,8 +81,8 @@ function places(at) {
 
 /** @typedef {ReturnType<typeof places>} Places */
 
-/** Hatched: it waits. @param {Picture} at @param {number} x0 @param {number} x1 @param {number} y @param {number} high @param {string} colour
- * @param {string} [fill] */
+/** Hatched: it waits. @param {Drawing} at @param {number} x0 @param {number} x1 @param {number} y @param {number} high
+ * @param {string} colour @param {string} [fill] */
 function hatch({ pen }, x0, x1, y, high, colour, fill = '') {
   pen.save();
   pen.beginPath();
@@ -106,7 +106,7 @@ function hatch({ pen }, x0, x1, y, high, colour, fill = '') {
   pen.restore();
 }
 
-/** @param {Picture} at @param {Places} where @param {number} time @param {number} y @param {string} fill @param {number} high */
+/** @param {Drawing} at @param {Places} where @param {number} time @param {number} y @param {string} fill @param {number} high */
 function block({ pen, colours }, { x, left, right }, time, y, fill, high) {
   const from = Math.max(left, x(time)),
     to = Math.min(right, x(time + TICK_S));
@@ -121,7 +121,7 @@ function block({ pen, colours }, { x, left, right }, time, y, fill, high) {
   pen.stroke();
 }
 
-/** @param {Picture} at @param {Places} where */
+/** @param {Drawing} at @param {Places} where */
 function axes(at, where) {
   const { pen, colours, frame, width } = at,
     { left, right, axis, server } = where;
@@ -146,8 +146,8 @@ function axes(at, where) {
   name(t('netgame.server'), '', server, wide ? 32 : 4);
 }
 
-/** @param {Picture} at @param {Places} where @param {Wait | undefined} told the one that the sentence is about */
-function rows(at, where, told) {
+/** @param {Drawing} at @param {Places} where @param {Wait | undefined} marked the one that the sentence is about */
+function rows(at, where, marked) {
   const { pen, colours, frame, width } = at,
     { x, left, right, level, thick } = where;
   for (let p = 0; p < frame.views.length - 1; p++) {
@@ -155,7 +155,7 @@ function rows(at, where, told) {
     for (const wait of waitsOf(at, p)) {
       const from = Math.max(left, x(wait.from)),
         to = Math.min(right, x(wait.to)),
-        mine = told !== undefined && p === at.player && wait.to === told.to;
+        mine = marked !== undefined && p === at.player && wait.to === marked.to;
       if (to - from < 2) continue;
       const ms = fixed((wait.to - wait.from) * 1000, 0);
       hatch(at, from, to, y, thick * 0.75, mine ? colours.markLine : colours.edge, mine ? colours.mark : '');
@@ -193,8 +193,8 @@ function envelope(pen, x, y, angle, colours = { paper: '', truth: '' }) {
   pen.restore();
 }
 
-/** @param {Picture} at @param {Places} where @param {Way} way @param {number} from who sends @param {boolean} told */
-function key(at, where, { input, relay }, from, told) {
+/** @param {Drawing} at @param {Places} where @param {Way} way @param {number} from who sends @param {boolean} marked */
+function key(at, where, { input, relay }, from, marked) {
   const { pen, colours, frame } = at,
     { x, level, server, thick, left, right } = where;
   const below = level(from) > server,
@@ -206,9 +206,9 @@ function key(at, where, { input, relay }, from, told) {
   pen.beginPath();
   pen.rect(left, 0, right - left, at.height);
   pen.clip();
-  pen.globalAlpha = told ? 1 : 0.35;
+  pen.globalAlpha = marked ? 1 : 0.35;
   pen.strokeStyle = colours.accent;
-  pen.lineWidth = told ? colours.line + 3 : 1.5;
+  pen.lineWidth = marked ? colours.line + 3 : 1.5;
   pen.setLineDash([]);
   pen.beginPath();
   pen.moveTo(start.x, start.y);
@@ -216,7 +216,7 @@ function key(at, where, { input, relay }, from, told) {
   pen.moveTo(off.x, off.y);
   pen.lineTo(goal.x, goal.y);
   pen.stroke();
-  if (told) {
+  if (marked) {
     pen.fillStyle = colours.markLine;
     pen.fillRect(met.x, server - 4, Math.max(2, off.x - met.x), 8);
     pen.fillStyle = colours.accent;
@@ -234,7 +234,7 @@ function key(at, where, { input, relay }, from, told) {
     );
   }
   pen.restore();
-  if (!told) return;
+  if (!marked) return;
   const ms = (/** @type {Met} */ one) => fixed((one.end_s - one.begin_s) * 1000, 0);
   const upText = t('netgame_more.pace.up', { name: letter(from), ms: ms(input) }),
     downText = t('netgame_more.pace.down', { ms: ms(relay) });
@@ -255,17 +255,17 @@ function key(at, where, { input, relay }, from, told) {
   );
 }
 
-/** From one block to the next. @param {Picture} at @param {Places} where @param {Wait} told */
-function period(at, where, told) {
+/** From one block to the next. @param {Drawing} at @param {Places} where @param {Wait} marked */
+function period(at, where, marked) {
   const { pen, colours } = at,
     { x, level, thick } = where,
     y = level(at.player) - thick / 2 - 8,
     begins = stepsOf(at, at.player)
-      .filter((time) => time < told.from + EPS)
+      .filter((time) => time < marked.from + EPS)
       .at(-1);
-  if (begins === undefined || told.open) return;
+  if (begins === undefined || marked.open) return;
   const from = x(begins),
-    to = x(told.to);
+    to = x(marked.to);
   pen.strokeStyle = colours.ink;
   pen.lineWidth = 1.5;
   pen.setLineDash([]);
@@ -280,7 +280,7 @@ function period(at, where, told) {
   drawText(
     pen,
     colours,
-    t('netgame_more.pace.step', { ms: fixed((told.to - begins) * 1000, 0) }),
+    t('netgame_more.pace.step', { ms: fixed((marked.to - begins) * 1000, 0) }),
     Math.min(to, where.right),
     y - colours.text * 0.8,
     {
@@ -290,7 +290,42 @@ function period(at, where, told) {
   );
 }
 
-/** The pace of another run, on the same axis. @param {Picture} at @param {Places} where @param {number} y */
+/** A key, and when it shows: at the end of the step that it counts for. @param {Drawing} at @param {Places} where */
+function felt(at, where) {
+  const { pen, colours, player, delay } = at,
+    { x, level, thick } = where,
+    made = stepsOf(at, player).at(-1 - delay),
+    counts = stepsOf(at, player).at(-1);
+  if (made === undefined || counts === undefined) return;
+  const from = x(made),
+    to = x(counts + TICK_S),
+    y = level(player);
+  pen.fillStyle = colours.mark;
+  pen.fillRect(from, y - thick, to - from, 2 * thick);
+  pen.strokeStyle = colours.markLine;
+  pen.lineWidth = 2.5;
+  pen.setLineDash([]);
+  pen.beginPath();
+  for (const end of [from, to]) {
+    pen.moveTo(end, y - thick);
+    pen.lineTo(end, y + thick);
+  }
+  pen.moveTo(from, y - thick + 5);
+  pen.lineTo(to, y - thick + 5);
+  pen.stroke();
+  drawText(pen, colours, feltWords(at), to, y - thick - colours.text * 0.8, { align: 'right', bold: true, colour: colours.markText });
+  place(pen.canvas, 'key', from, y, made * 1000);
+  place(pen.canvas, 'shown', to, y, (counts + TICK_S) * 1000);
+}
+
+/** @param {Drawing} at */
+function feltWords(at) {
+  const steps = stepsOf(at, at.player),
+    ms = ((steps.at(-1) ?? 0) + TICK_S - (steps.at(-1 - at.delay) ?? 0)) * 1000;
+  return t('netgame_more.pace.felt', { name: letter(at.player), ms: fixed(ms, 0) });
+}
+
+/** The pace of another run, on the same axis. @param {Drawing} at @param {Places} where @param {number} y */
 function ghost(at, where, y) {
   const { pen, colours, before, width } = at,
     { left, right, start, thick } = where;
@@ -320,7 +355,7 @@ function ghost(at, where, y) {
   if (wide) drawText(pen, colours, before.text, 6, y + colours.text * 0.7, { size: colours.axis, colour: colours.faint });
 }
 
-/** Of the time that is counted so far, what it has waited. @param {Picture} at @param {number} y */
+/** Of the time that is counted so far, what it has waited. @param {Drawing} at @param {number} y */
 function sum(at, y) {
   const { pen, colours, frame, player, width, warmup } = at;
   const waited = frame.peers[player]?.stalled_s ?? 0,
@@ -354,36 +389,39 @@ function sum(at, y) {
     drawText(pen, colours, text, (middle + right) / 2, y, { align: 'center', bold: true });
 }
 
-/** @param {Picture} at */
+/** @param {Drawing} at */
 export function drawPace(at) {
   const { colours, frame, height, player } = at;
   if (frame.views.length < 2) return;
   const where = places(at);
   axes(at, where);
-  const told = waitsOf(at, player).at(-1);
-  rows(at, where, told);
+  const marked = waitsOf(at, player).at(-1);
+  if (!marked && at.delay > 0) felt(at, where);
+  rows(at, where, marked);
   if (stepsOf(at, player).length === 0)
     drawText(at.pen, colours, t('netgame_more.pace.empty'), (where.left + where.right) / 2, where.level(player), {
       align: 'center',
       colour: colours.faint,
     });
-  const who = told ? cause(at, told.bits) : -1;
+  const who = marked ? cause(at, marked.bits) : -1;
   const sender = who >= 0 ? who : frame.views.length - 2;
   for (const relay of firsts(at.memory.of(RELAY, player))) {
     const input = firsts(at.memory.of(INPUT, sender)).find(({ number }) => number === relay.number);
     if (input && relay.end_s > where.start) key(at, where, { input, relay }, sender, false);
   }
-  const way = told ? wayOf(at, told, player) : null;
-  if (told && way) key(at, where, way, sender, true);
-  if (told) period(at, where, told);
+  const way = marked ? wayOf(at, marked, player) : null;
+  if (marked && way) key(at, where, way, sender, true);
+  if (marked) period(at, where, marked);
   ghost(at, where, where.foot + colours.text * 2);
   sum(at, height - colours.text * 1.4);
 }
 
-/** The same in words. @param {Picture} at @returns {string} */
+/** The same in words. @param {Drawing} at @returns {string} */
 export function paceWords(at) {
-  const told = waitsOf(at, at.player).at(-1);
-  return told
-    ? t('netgame_more.pace.waits', { name: letter(at.player), ms: fixed((told.to - told.from) * 1000, 0) })
-    : t('netgame_more.pace.none', { name: letter(at.player) });
+  const marked = waitsOf(at, at.player).at(-1);
+  return marked
+    ? t('netgame_more.pace.waits', { name: letter(at.player), ms: fixed((marked.to - marked.from) * 1000, 0) })
+    : at.delay > 0
+      ? feltWords(at)
+      : t('netgame_more.pace.none', { name: letter(at.player) });
 }

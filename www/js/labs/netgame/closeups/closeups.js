@@ -10,7 +10,7 @@ import { mark } from '../../../workbench/player_mark.js';
 import { layout } from '../core/layout.js';
 import { memory } from '../core/state.js';
 import { drawDecided, drawSeen, hitOf } from './hit.js';
-import { drawPace, paceWords, waitsOf } from './pace.js';
+import { drawPace, paceWords } from './pace.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../core/frame.js').Frame} Frame */
@@ -18,9 +18,11 @@ import { drawPace, paceWords, waitsOf } from './pace.js';
 /** The views are shown instead. */
 export const views = signal(false);
 
-/** @param {string} id @param {Template} head @param {string} label @param {string} [lit] what a lesson highlights in it @returns {Template} */
-const box = (id, head, label, lit = '') => html`<section class="part" aria-label=${label}><div class="heading">${head}</div>
-  <div class="view" data-shows=${lit}><canvas id=${id} role="img" aria-label=${label}></canvas><take-away name=${label}></take-away></div></section>`;
+/** @param {string} id @param {Template} head @param {string} label @param {string} [lit] what a lesson highlights in it
+ * @returns {Template} */
+const box = (id, head, label, lit = '') => html`<section class="part" aria-label=${label}>
+  <div class="heading">${head}</div><div class="view" data-shows=${lit}><canvas id=${id} role="img" aria-label=${label}></canvas><take-away
+    name=${label}></take-away></div></section>`;
 
 const victim = () => look.value?.player ?? 0;
 
@@ -28,33 +30,35 @@ const victim = () => look.value?.player ?? 0;
 function hitTemplate() {
   const a = victim(),
     b = a === 0 ? 1 : 0;
-  return html`${box('hit-seen', html`${mark(b)}<b id="hit-saw"></b><span id="hit-age"></span>`, t('netgame_more.hit.saw', { name: letter(b) }))}
-    ${box('hit-own', html`${mark(a)}<b id="hit-screen"></b><span id="hit-back"></span>`, t('netgame_more.hit.screen', { name: letter(a) }), 'cover')}`;
+  const saw = html`${mark(b)}<b id="hit-saw"></b><span id="hit-age"></span>`,
+    own = html`${mark(a)}<b id="hit-screen"></b><span id="hit-back"></span>`;
+  return html`${box('hit-seen', saw, t('netgame_more.hit.saw', { name: letter(b) }))}
+    ${box('hit-own', own, t('netgame_more.hit.screen', { name: letter(a) }), 'cover')}`;
 }
 
 /** @returns {Template} */
-const paceTemplate = () =>
-  box(
-    'pace',
-    html`<b>${t('netgame_more.pace.title')}</b><small>${t('netgame_more.pace.legend')}</small><span id="pace-told" class="told"></span>`,
-    t('netgame_more.pace.title'),
-    'waiting',
-  );
+function paceTemplate() {
+  const title = t('netgame_more.pace.title'),
+    head = html`<b>${title}</b><small>${t('netgame_more.pace.legend')}</small><span id="pace-says" class="marked"></span>`;
+  return box('pace', head, title, 'waiting');
+}
+
+/** @param {boolean} to the views @param {string} text @returns {Template} */
+const swap = (to, text) =>
+  html`<p class="swap"><button type="button" class="link" @click=${() => {
+    views.value = to;
+  }}>${text}</button></p>`;
 
 /** @returns {Template} */
 export function template() {
-  const at = look.value?.at;
-  return html`<main class="pictures" data-tab="all"><div class="parts" id="views" tabindex="-1">${at === 'cover' ? hitTemplate() : paceTemplate()}</div>
-    <p class="swap"><button type="button" class="link" @click=${() => {
-      views.value = true;
-    }}>${t(at === 'cover' ? 'netgame_more.hit.views' : 'netgame_more.pace.views')}</button></p></main>`;
+  const hit = look.value?.at === 'cover';
+  return html`<main class="closeups" data-tab="all">
+    <div class="parts" id="views" tabindex="-1">${hit ? hitTemplate() : paceTemplate()}</div>
+    ${swap(true, t(hit ? 'netgame_more.hit.views' : 'netgame_more.pace.views'))}</main>`;
 }
 
 /** The way back. @returns {Template} */
-export const back = () =>
-  html`<p class="swap"><button type="button" class="link" @click=${() => {
-    views.value = false;
-  }}>${t('netgame_more.picture')}</button></p>`;
+export const back = () => swap(false, t('netgame_more.back'));
 
 const WIDE = 900; /* px: what is drawn large has large letters */
 
@@ -94,7 +98,7 @@ function drawHit(now, shape, named) {
   tell('hit-age', old);
   tell('hit-screen', screen);
   tell('hit-back', back);
-  document.getElementById('hit-back')?.classList.toggle('told', hit?.hit ?? false);
+  document.getElementById('hit-back')?.classList.toggle('marked', hit?.hit ?? false);
   if (!named) return;
   name('hit-seen', `${saw}: ${old}`);
   name('hit-own', back === '' ? screen : `${screen}: ${back}`);
@@ -107,14 +111,15 @@ function drawWaits(now, named) {
     memory,
     player: victim(),
     warmup: Number(params.value?.warmup_s ?? 0),
+    delay: Number(params.value?.players?.[victim()]?.input_delay_ticks ?? 0),
     before: look.value?.before ?? null,
   };
   onto('pace', (surface) => {
     const { pen, width, height } = surface,
-      picture = { ...at, pen, width, height, colours: coloursOf(surface) };
-    drawPace(picture);
-    tell('pace-told', waitsOf(picture, at.player).length > 0 ? paceWords(picture) : '');
-    if (named) name('pace', `${t('netgame_more.pace.title')}: ${paceWords(picture)}`);
+      drawing = { ...at, pen, width, height, colours: coloursOf(surface) };
+    drawPace(drawing);
+    tell('pace-says', now.tick > 0 ? paceWords(drawing) : '');
+    if (named) name('pace', `${t('netgame_more.pace.title')}: ${paceWords(drawing)}`);
   });
 }
 

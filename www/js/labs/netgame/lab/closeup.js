@@ -4,7 +4,7 @@ import { insist } from '../../../base/api.js';
 import { need } from '../../../base/words.js';
 import { look } from '../../../session/state.js';
 
-/** @type {import('@preact/signals-core').Signal<typeof import('../pictures/pictures.js') | null>} */
+/** @type {import('@preact/signals-core').Signal<typeof import('../closeups/closeups.js') | null>} */
 const read = signal(null);
 
 const wanted = computed(() => {
@@ -13,13 +13,13 @@ const wanted = computed(() => {
 });
 
 /** Null where the views are shown. */
-export const picture = computed(() => (wanted.value ? read.value : null));
+export const closeup = computed(() => (wanted.value ? read.value : null));
 
 let asked = false;
 effect(() => {
   if (!wanted.value || asked) return;
   asked = true;
-  Promise.all([insist(() => import('../pictures/pictures.js')), need('netgame_more')]).then(([module]) => {
+  Promise.all([insist(() => import('../closeups/closeups.js')), need('netgame_more')]).then(([module]) => {
     read.value = module;
   });
 });
