@@ -60,7 +60,7 @@ export const OUTSIDE = {
     'daemon/quotas',
   ],
   'daemon/http': ['api/openapi', 'api/query', 'api/access', 'daemon/wire'],
-  'daemon/jobs': ['api/advise', 'api/experiments'],
+  'daemon/jobs': ['api/advise', 'api/experiments', 'api/tradeoffs', 'daemon/measurements'],
   'daemon/listener': ['api/access', 'api/input', 'daemon/idle', 'daemon/wire'],
   'daemon/net': ['api/access', 'api/input', 'daemon/wire'],
   'daemon/serve': ['api/access', 'daemon/failure', 'daemon/recovery', 'api/cli'],

@@ -201,7 +201,8 @@ test('what it cannot do is refused with field and range', async () => {
     [{ family, check_seeds: 5 }, 'check_seeds', /0, or a whole number from 10 to 100/],
     [{ family, duration_s: 0 }, 'duration_s', /0\.05 to 1000 s/],
     [{ family, duration_s: '1' }, 'duration_s', /0\.05 to 1000 s/],
-    [{ family, methods: [] }, 'methods', /array of names/],
+    [{ family, methods: [] }, 'methods', /array of names, or all/],
+    [{ family, methods: 'some' }, 'methods', /array of names, or all/],
     [{ family, methods: ['spectrum', 'rk4'] }, 'methods.1', /method of oceans; got rk4/],
     [{ family, methods: ['spectrum,tiled'] }, 'methods.0', /got spectrum,tiled/],
     [{ family, methods: [1] }, 'methods.0', /got no name/],
@@ -220,10 +221,62 @@ const tasks = async (/** @type {any} */ at) => {
   return ['running', 'waiting'].reduce((sum, name) => sum + Number(new RegExp(`^laglab_tasks_${name} (\\d+)`, 'm').exec(text)?.[1]), 0);
 };
 
-test('a measurement ends when it is deleted, in the midst of a run', async () => {
+/** What the daemon says of a family's results. @param {string} family */
+const newest = async (family, at = c) => (await at.get(T)).json.families.find((/** @type {any} */ one) => one.name === family).results.job;
+
+const LONG = { family: 'synchronisation', seeds: 100 };
+
+test('the methods measured first are the default, all are measured where that is asked for', async () => {
+  const first = (await c.get(T)).json.families.find((/** @type {any} */ one) => one.name === 'snapshots').first;
+  const body = { family: 'snapshots', duration_s: 0.1, seeds: 10, check_seeds: 0 };
+  const { answer, methods } = await measured(body);
+  const named = (/** @type {any} */ of) => [...new Set(of.rows.map((/** @type {any} */ row) => row.method))].sort();
+  assert.deepEqual([methods, named(answer)], [first, [...first].sort()]);
+  const all = await measured({ ...body, methods: 'all' });
+  assert.equal(all.methods, null);
+  assert.deepEqual(named(all.answer), [...first, 'partial', 'quantised'].sort());
+});
+
+test('rows are readable while they are measured, coarse settings first; the same order gets the one that runs', async () => {
+  const { id, owner_key: key, links } = await start(LONG);
+  const other = client(daemon.url),
+    counts = [];
+  try {
+    let now;
+    do {
+      now = (await other.get(links.self)).json;
+      const rows = now.answer?.rows ?? [];
+      if (rows.length > (counts.at(-1) ?? 0)) counts.push(rows.length);
+      if (rows.length >= 8) {
+        const values = (/** @type {string} */ method) => rows.filter((/** @type {any} */ row) => row.method === method).length;
+        assert.ok(values('bucket') >= 1 && values('free') >= 1, 'no method waits for the finest setting of another');
+      }
+      assert.ok(now.answer === null || now.answer.rows.every((/** @type {any} */ row) => row.seeds === 100 && row.runs === 100));
+      assert.ok(
+        now.state === 'done' || now.answer === null || now.answer.choices.every((/** @type {any} */ one) => one.outcome !== 'holds'),
+      );
+    } while (now.state === 'running' && counts.length < 4);
+    assert.ok(counts.length >= 3, `the rows grow: ${counts}`);
+    assert.equal(now.state, 'running');
+    assert.deepEqual([now.family, now.error, await newest(LONG.family, other)], [LONG.family, null, id]);
+    const again = await other.call('POST', T, { body: LONG });
+    assert.deepEqual([again.status, again.json], [200, { id, links }]);
+    const differs = await other.call('POST', T, { body: { ...LONG, methods: ['free'] } });
+    assert.equal(differs.status, 409);
+    assert.match(differs.json.detail, /^family: another measurement of synchronisation runs, .* \d+ of 70 settings/);
+    assert.equal((await other.call('DELETE', links.self, { key: 'b'.repeat(32) })).status, 403);
+  } finally {
+    other.close();
+    assert.equal((await c.call('DELETE', links.self, { key })).status, 204);
+  }
+});
+
+test('a measurement ends when it is deleted, in the midst of a run; what was finished before is the newest again', async () => {
+  const before = await measured({ family: 'integrators', methods: ['rk4'], duration_s: 0.2 });
+  assert.equal(await newest('integrators'), before.id);
   for (const family of ['integrators', 'synchronisation', 'particles']) {
-    const { id, owner_key: key, links } = await start({ family, seeds: 100 });
-    await waitFor(async () => (await c.get(links.self)).json.done > 0 || family !== 'synchronisation', 'a step');
+    const { id, owner_key: key, links } = await start({ family, seeds: 100, methods: 'all' });
+    await waitFor(async () => (await c.get(links.self)).json.done > 0, 'a step');
     await pause(200);
     assert.equal((await c.get(`/api/v1/advise/${id}`)).status, 404, 'it is no advice');
     assert.equal((await c.call('DELETE', links.self)).status, 401);
@@ -232,21 +285,26 @@ test('a measurement ends when it is deleted, in the midst of a run', async () =>
     assert.equal((await c.get(links.self)).status, 404);
     await waitFor(async () => (await tasks(c)) === 0, `the end of ${family}`);
   }
+  assert.equal(await newest('integrators'), before.id);
+  const after_ = await measured({ family: 'integrators', methods: ['rk4'], duration_s: 0.3 });
+  assert.equal(await newest('integrators'), after_.id);
+  assert.equal((await c.get(`${T}/${before.id}`)).status, 404, 'a newer one has taken its place');
 });
 
-test('jobs of an address and their processor time are limited; what no client polls is cancelled', async () => {
-  const strict = await startDaemon({ args: ['--job-cpu-s', '0.3', '--job-idle-s', '1'] });
+test('it runs to its end without a reader; its processor time is limited, and what was measured until then is there', async () => {
+  const strict = await startDaemon({ args: ['--job-cpu-s', '0.3', '--job-idle-s', '0.2'] });
   const s = client(strict.url);
   try {
-    const over = await s.call('POST', T, { body: { family: 'integrators' } });
-    const { state, error, answer } = await ended(over.json.links.self, s);
-    assert.deepEqual([state, answer], ['failed', null]);
-    assert.match(error, /^Limit of 0\.3 s of processor time reached: interrupted after \d+ settings?\.$/);
-    const statuses = [];
-    for (let i = 0; i < 9; i++) statuses.push((await s.call('POST', T, { body: { family: 'synchronisation', seeds: 100 } })).status);
-    assert.deepEqual(statuses, [...Array(8).fill(202), 429]);
-    await waitFor(async () => (await tasks(s)) === 0, 'the end of all');
-    assert.equal((await s.call('POST', T, { body: { family: 'synchronisation' } })).status, 202);
+    const over = await s.call('POST', T, { body: { family: 'integrators', methods: 'all' } });
+    const { state, error, answer, done, steps } = await ended(over.json.links.self, s);
+    assert.equal(state, 'failed');
+    assert.match(error, /^Limit of 0\.3 s of processor time reached: interrupted after \d+ settings\.$/);
+    assert.ok(answer.rows.length > 0 && done < steps && answer.choices.every((/** @type {any} */ one) => one.outcome !== 'holds'));
+    assert.equal(await newest('integrators', s), over.json.id);
+    const alone = await s.call('POST', T, { body: { family: 'lag_compensation', duration_s: 0.5, seeds: 10 } });
+    await waitFor(async () => (await tasks(s)) === 0, 'its end, which no client asks for');
+    await pause(500);
+    assert.equal((await s.get(alone.json.links.self)).json.state, 'done');
   } finally {
     s.close();
     await strict.stop();

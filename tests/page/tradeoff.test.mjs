@@ -43,6 +43,7 @@ test('from a lab: a measurement, its plots and choices, live sessions and back',
   await page.locator('#tradeoff-duration').fill('0.5');
   await page.locator('#measure').click();
   await page.locator('[data-state="running"] progress').waitFor();
+  await page.locator('[data-state="running"]').waitFor({ state: 'detached' });
   await page.locator('.winners').nth(1).waitFor();
   const at = await hash(page),
     job = /^#tradeoff=contact_solvers&job=([a-z2-7]{26})$/.exec(at)?.[1];

@@ -296,7 +296,7 @@ static ll_status write_page(const request *q)
 static ll_status measure(request *q, const ll_tradeoff_request *order)
 {
     for (int i = 0; i < q->count; i++)
-        LL_TRY(ll_tradeoff_run(q->families[i].family, order, &q->families[i]));
+        LL_TRY(ll_tradeoff_measure(q->families[i].family, order, &q->families[i]));
     return ll_ok();
 }
 

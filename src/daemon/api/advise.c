@@ -79,22 +79,39 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
         free_search(q);
         ll_api_problem(response, request, &status);
     } else {
-        ll_job_spec spec = {.kind = LL_JOB_ADVICE,
-                            .run = answer,
+        ll_job_spec spec = {.run = answer,
                             .free = free_search,
                             .context = q,
-                            .most = ll_advise_runs(&q->request)};
-        ll_api_job_start(api, request, response, &spec, PATH);
+                            .most = ll_advise_runs(&q->request),
+                            .client = request->peer};
+        char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1];
+        status = ll_jobs_add(api->jobs, &spec, id, key);
+        if (ll_api_good(response, request, &status))
+            ll_api_begun(response, PATH, id, key);
     }
     cJSON_Delete(body);
 }
 
 void ll_get_advice(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_api_job_get(context, request, response, LL_JOB_ADVICE);
+    ll_api *api = context;
+    if (!ll_api_started(api, request, response))
+        return;
+    cJSON *json = cJSON_CreateObject();
+    ll_status status = ll_jobs_describe(api->jobs, request->parameter[0], json);
+    ll_api_result(response, request, &status, json);
 }
 
 void ll_delete_advice(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_api_job_delete(context, request, response, LL_JOB_ADVICE, "the advice's owner_key");
+    ll_api *api = context;
+    if (!ll_api_started(api, request, response))
+        return;
+    const char *key = ll_api_key(request, response, "the advice's owner_key");
+    if (!key)
+        return;
+    ll_status status =
+        ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
+    if (ll_api_good(response, request, &status))
+        response->status = 204;
 }

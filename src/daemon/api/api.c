@@ -179,3 +179,19 @@ void ll_api_links(cJSON *json, const char *id)
         cJSON_AddStringToObject(links, parts[i], path);
     }
 }
+
+void ll_api_begun(ll_http_response *response, const char *path, const char *id, const char *key)
+{
+    char self[160];
+    snprintf(self, sizeof self, "%s%s", path, id);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", id);
+    if (*key)
+        cJSON_AddStringToObject(json, "owner_key", key);
+    cJSON_AddStringToObject(cJSON_AddObjectToObject(json, "links"), "self", self);
+    ll_http_json(response, *key ? 202 : 200, json);
+    if (!*key)
+        return;
+    ll_http_set_header(response, "Location", self);
+    ll_http_set_header(response, "Retry-After", "1");
+}

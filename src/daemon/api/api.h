@@ -13,6 +13,7 @@
 #include "daemon/http/documents.h"
 #include "daemon/http/http.h"
 #include "daemon/jobs/jobs.h"
+#include "daemon/jobs/measurements.h"
 #include "daemon/listener/web_server.h"
 #include "daemon/store/store.h"
 #include "experiment/store/result_store.h"
@@ -30,7 +31,8 @@ typedef struct ll_api {
     ll_experiments *experiments;
     struct ll_tasks *tasks;
     ll_classes *classes;                 /* set before the phase is LL_API_READY */
-    ll_jobs *jobs;                       /* searches for advice, measurements */
+    ll_jobs *jobs;                       /* searches for advice */
+    ll_measurements *measurements;       /* of speed against error */
     _Atomic(ll_web_server *) web_server; /* set when it is started */
     const char *scenarios;               /* folder */
     ll_documents documents;              /* constant ones */
@@ -130,17 +132,11 @@ bool ll_api_experiment(ll_api *api, const ll_http_request *request, ll_http_resp
 /* Whether a run is small enough to be made for a request. */
 ll_status ll_api_run_size(const ll_api *api, const ll_experiment *experiment, int64_t run);
 
-/* ---- requests of jobs ---- */
+/* ---- requests of what goes on after them ---- */
 
-/* Starts it, and answers 202 with `id`, `owner_key` and `links`, or the error. `path` ends with a slash. */
-void ll_api_job_start(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                      ll_job_spec *spec, const char *path);
-
-void ll_api_job_get(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                    ll_job_kind kind);
-/* `whose`: names the key that it needs. */
-void ll_api_job_delete(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                       ll_job_kind kind, const char *whose);
+/* Answers 202 with `id`, `owner_key` and `links`; without a key, of what runs already, 200 with `id` and
+ * `links`. `path` ends with a slash. */
+void ll_api_begun(ll_http_response *response, const char *path, const char *id, const char *key);
 
 /* ---- requests of classes ---- */
 

@@ -71,7 +71,7 @@ static const ll_http_route table[] = {
      .run_on = LL_HTTP_TASK},
     {ROUTE("GET", V1 "/advise/{id}", ll_get_advice), .run_on = LL_HTTP_TASK},
     {ROUTE("DELETE", V1 "/advise/{id}", ll_delete_advice), .run_on = LL_HTTP_POOL},
-    {ROUTE("GET", V1 "/tradeoffs", ll_get_tradeoffs)},
+    {ROUTE("GET", V1 "/tradeoffs", ll_get_tradeoffs), .run_on = LL_HTTP_POOL},
     {ROUTE("POST", V1 "/tradeoffs", ll_post_tradeoffs), .body_limit = BODY, .types = JSON_TYPE,
      .run_on = LL_HTTP_TASK},
     {ROUTE("GET", V1 "/tradeoffs/{id}", ll_get_tradeoff), .run_on = LL_HTTP_TASK},
@@ -121,6 +121,7 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
         ll_api_end(api);
         return ll_error(LL_NO_MEMORY, "out of memory: routes");
     }
+    LL_TRY(ll_measurements_open(tasks, config, store, &api->measurements));
     memcpy(api->routes, table, sizeof table);
     for (int i = 0; i < api->route_count; i++) {
         if (api->routes[i].body_limit == BODY)
@@ -138,6 +139,8 @@ void ll_api_end(ll_api *api)
     api->routes = NULL;
     ll_jobs_free(api->jobs);
     api->jobs = NULL;
+    ll_measurements_close(api->measurements);
+    api->measurements = NULL;
     ll_api_idempotency_free(api->idempotency);
     api->idempotency = NULL;
 }

@@ -103,8 +103,9 @@ static uint64_t write_sent(ll_class_entry *entry, const char *text)
     ll_store *store = entry->classes->store;
     int64_t idle_ms = (ll_now_ns() - entry->used) / LL_MS;
     if (!text)
-        return ll_store_delete_class(store, entry->id);
-    return ll_store_put_class(store, entry->id, ll_unix_ms() - (idle_ms > 0 ? idle_ms : 0), text);
+        return ll_store_delete_text(store, LL_STORE_CLASS, entry->id);
+    return ll_store_put_text(store, LL_STORE_CLASS, entry->id, ll_unix_ms() - (idle_ms > 0 ? idle_ms : 0),
+                             text);
 }
 
 void ll_classes_wake(ll_classes *classes)
@@ -339,9 +340,9 @@ static void restore(void *context, const char *id, int64_t seen_ms, const char *
 ll_status ll_classes_restore(ll_classes *classes)
 {
     reading r = {.classes = classes};
-    ll_status status = ll_store_list_classes(classes->store, restore, &r);
+    ll_status status = ll_store_list_texts(classes->store, LL_STORE_CLASS, restore, &r);
     for (size_t i = 0; i < r.count; i++)
-        ll_store_delete_class(classes->store, r.old[i]);
+        ll_store_delete_text(classes->store, LL_STORE_CLASS, r.old[i]);
     free(r.old);
     return status;
 }

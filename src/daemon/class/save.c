@@ -8,26 +8,16 @@
 
 #include "daemon/class/class.h"
 
-enum { HEX = 2 * LL_KEY_RECORD + 1 };
-
 static void add_hash(cJSON *json, const char *name, const ll_key_hash *hash)
 {
-    char text[HEX];
-    for (size_t i = 0; i < sizeof hash->bytes; i++)
-        snprintf(text + 2 * i, 3, "%02x", hash->bytes[i]);
+    char text[LL_KEY_HASH_TEXT + 1];
+    ll_key_hash_write(hash, text);
     cJSON_AddStringToObject(json, name, text);
 }
 
 static bool read_hash(const cJSON *json, const char *name, ll_key_hash *hash)
 {
-    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, name));
-    if (!text || strlen(text) != HEX - 1 || strspn(text, "0123456789abcdef") != HEX - 1)
-        return false;
-    for (size_t i = 0; i < sizeof hash->bytes; i++) {
-        char pair[3] = {text[2 * i], text[2 * i + 1], '\0'};
-        hash->bytes[i] = (unsigned char)strtoul(pair, NULL, 16);
-    }
-    return true;
+    return ll_key_hash_read(cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, name)), hash);
 }
 
 static cJSON *save_link(const ll_class_link *link)

@@ -55,7 +55,7 @@ static const ll_param rows[] = {
      .help = "Maximum size of all results of experiments; one that would exceed it is refused "
              "with 507. 0: no limit."},
     {ROW(job_cpu_s, REAL), .min = 0.01, .max = 1e6, .default_value = 600, .unit = "s",
-     .help = "Maximum processor time of one search for advice."},
+     .help = "Maximum processor time of one search for advice, and of each thread of a measurement."},
     {ROW(job_idle_s, REAL), .min = 0.1, .max = 86400, .default_value = 10, .unit = "s",
      .help = "A search for advice is cancelled after this time without a request."},
     {ROW(max_body_bytes, INT), .min = 1024, .max = 67108864, .default_value = 1048576, .unit = "B",

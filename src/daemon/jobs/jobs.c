@@ -112,10 +112,10 @@ static void run(void *context, ll_task *task)
 
 /* ---- the list; locked ---- */
 
-static job **find(ll_jobs *jobs, ll_job_kind kind, const char *id)
+static job **find(ll_jobs *jobs, const char *id)
 {
     job **link = &jobs->first;
-    while (*link && ((*link)->spec.kind != kind || strcmp((*link)->id, id) != 0))
+    while (*link && strcmp((*link)->id, id) != 0)
         link = &(*link)->next;
     return link;
 }
@@ -155,7 +155,7 @@ static ll_status add_locked(ll_jobs *jobs, job *j)
     for (const job *other = jobs->first; other; other = other->next)
         running += other->state == LL_JOB_RUNNING && strcmp(other->client, j->client) == 0;
     if (running >= JOBS_PER_CLIENT)
-        return ll_error(LL_LIMIT, "Limit of %d searches and measurements of one client reached.", running);
+        return ll_error(LL_LIMIT, "Limit of %d searches of one client reached.", running);
     if (jobs->count >= JOBS_MAX)
         return ll_error(LL_LIMIT, "Limit of %d jobs reached.", jobs->count);
     LL_TRY(ll_tasks_add(jobs->tasks, &spec, &j->task));
@@ -187,22 +187,21 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENG
     return status;
 }
 
-static ll_status no_job(ll_job_kind kind)
+static ll_status no_job(void)
 {
-    return ll_error(LL_NOT_FOUND, kind == LL_JOB_ADVICE ? "Advice not found, or expired."
-                                                        : "Measurement not found, or expired.");
+    return ll_error(LL_NOT_FOUND, "Advice not found, or expired.");
 }
 
-ll_status ll_jobs_describe(ll_jobs *jobs, ll_job_kind kind, const char *id, cJSON *json)
+ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, cJSON *json)
 {
     pthread_mutex_lock(&jobs->lock);
-    job *j = *find(jobs, kind, id);
+    job *j = *find(jobs, id);
     if (j) {
         atomic_store(&j->last_request, ll_now_ns());
         pthread_cond_broadcast(&jobs->requested);
         cJSON_AddStringToObject(json, "id", j->id);
         cJSON_AddStringToObject(json, "state", states[j->state]);
-        cJSON_AddNumberToObject(json, kind == LL_JOB_ADVICE ? "runs" : "steps", (double)j->spec.most);
+        cJSON_AddNumberToObject(json, "runs", (double)j->spec.most);
         cJSON_AddNumberToObject(json, "done", (double)atomic_load(&j->done));
         cJSON_AddItemToObject(json, "answer",
                               j->answer ? cJSON_Duplicate(j->answer, true) : cJSON_CreateNull());
@@ -210,19 +209,18 @@ ll_status ll_jobs_describe(ll_jobs *jobs, ll_job_kind kind, const char *id, cJSO
                               ll_failed(&j->error) ? cJSON_CreateString(j->error.text) : cJSON_CreateNull());
     }
     pthread_mutex_unlock(&jobs->lock);
-    return j ? ll_ok() : no_job(kind);
+    return j ? ll_ok() : no_job();
 }
 
-ll_status ll_jobs_remove(ll_jobs *jobs, ll_job_kind kind, const char *id, const char *key)
+ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key)
 {
     ll_status status = ll_ok();
     pthread_mutex_lock(&jobs->lock);
-    job **link = find(jobs, kind, id);
+    job **link = find(jobs, id);
     if (!*link)
-        status = no_job(kind);
+        status = no_job();
     else if (key && !ll_key_matches(&(*link)->key, key, strlen(key)))
-        status = ll_error(LL_FORBIDDEN,
-                          kind == LL_JOB_ADVICE ? "Key of another advice." : "Key of another measurement.");
+        status = ll_error(LL_FORBIDDEN, "Key of another advice.");
     else
         remove_from_list(jobs, link);
     pthread_mutex_unlock(&jobs->lock);

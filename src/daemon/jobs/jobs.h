@@ -1,6 +1,5 @@
-/* Jobs: work that outlives the request that started it: searches for advice, and measurements of speed
- * against error. A request starts a job,
- * others watch or end it, and it is deleted when there was no request for it for a while.
+/* Jobs: work that outlives the request that started it: searches for advice. A request starts a job, others
+ * watch or end it, and it is deleted when there was no request for it for a while.
  *
  * A job runs as a task of its client. It pauses after a second without a request, continues at the next one,
  * and is cancelled after `job_idle_s` without one. A finished job is kept for ten minutes; the number of jobs
@@ -14,14 +13,11 @@
 struct cJSON;
 typedef struct ll_jobs ll_jobs;
 
-typedef enum ll_job_kind { LL_JOB_ADVICE, LL_JOB_TRADEOFF } ll_job_kind;
-
 typedef enum ll_job_state { LL_JOB_RUNNING, LL_JOB_DONE, LL_JOB_CANCELLED, LL_JOB_FAILED } ll_job_state;
 
 /* What a job does. `run` returns the answer (which the job owns then) or an error, counts in `done`, and may
  * be interrupted; `free` is called once, at the end. */
 typedef struct ll_job_spec {
-    ll_job_kind kind;
     ll_status (*run)(void *context, const ll_interrupt *interrupt, _Atomic int64_t *done,
                      struct cJSON **answer);
     void (*free)(void *context);
@@ -36,8 +32,7 @@ void ll_jobs_free(ll_jobs *jobs);                                    /* after th
 /* LL_LIMIT: too many jobs. */
 ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_spec *spec, char id[LL_ID_LENGTH + 1],
                       char key[LL_KEY_LENGTH + 1]);
-/* Adds to `json`: state, done, runs (of a tradeoff `steps`), and `answer` and `error`, which may be null.
- * LL_NOT_FOUND: none of that kind. */
-ll_status ll_jobs_describe(ll_jobs *jobs, ll_job_kind kind, const char *id, struct cJSON *json);
+/* Adds to `json`: state, done, runs, and `answer` and `error`, which may be null. LL_NOT_FOUND. */
+ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, struct cJSON *json);
 /* Cancels and deletes it. LL_NOT_FOUND; LL_FORBIDDEN: wrong key; key NULL: the operator. */
-ll_status ll_jobs_remove(ll_jobs *jobs, ll_job_kind kind, const char *id, const char *key);
+ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key);

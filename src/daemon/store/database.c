@@ -29,6 +29,8 @@ static const char schema[] =
 /* Databases of an earlier laglab get these tables when they are opened; that one does not read them. */
 static const char later[] = "CREATE TABLE IF NOT EXISTS classes(id TEXT PRIMARY KEY,"
                             " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;"
+                            "CREATE TABLE IF NOT EXISTS measurements(id TEXT PRIMARY KEY,"
+                            " seen_ms INTEGER NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;"
                             "CREATE TABLE IF NOT EXISTS class_keys(session INTEGER PRIMARY KEY,"
                             " name TEXT NOT NULL);";
 
@@ -39,8 +41,10 @@ typedef enum statement {
     DELETE_LOG,
     PUT_KEY,
     DELETE_KEY,
-    PUT_CLASS,
+    PUT_CLASS, /* as ll_store_text */
+    PUT_MEASUREMENT,
     DELETE_CLASS,
+    DELETE_MEASUREMENT,
     STATEMENTS
 } statement;
 
@@ -64,7 +68,9 @@ static const char *const statement_sql[STATEMENTS] = {
     [PUT_KEY] = "INSERT OR IGNORE INTO class_keys VALUES(?1,?2)",
     [DELETE_KEY] = "DELETE FROM class_keys WHERE session=?1",
     [PUT_CLASS] = "INSERT OR REPLACE INTO classes VALUES(?1,?2,?3)",
+    [PUT_MEASUREMENT] = "INSERT OR REPLACE INTO measurements VALUES(?1,?2,?3)",
     [DELETE_CLASS] = "DELETE FROM classes WHERE id=?1",
+    [DELETE_MEASUREMENT] = "DELETE FROM measurements WHERE id=?1",
 };
 
 /* ---- errors ---- */
@@ -122,11 +128,11 @@ static bool delete_session(ll_database *database, int64_t number)
            run(database->prepared[DELETE_KEY]);
 }
 
-static bool write_class(ll_database *database, const record *r)
+static bool write_text(ll_database *database, const record *r)
 {
-    sqlite3_stmt *s = database->prepared[r->type == RECORD_CLASS ? PUT_CLASS : DELETE_CLASS];
+    sqlite3_stmt *s = database->prepared[(r->type == RECORD_TEXT ? PUT_CLASS : DELETE_CLASS) + r->number];
     sqlite3_bind_text(s, 1, r->bytes, -1, SQLITE_STATIC);
-    if (r->type == RECORD_CLASS) {
+    if (r->type == RECORD_TEXT) {
         const size_t skipped = LL_ID_LENGTH + 1;
         sqlite3_bind_int64(s, 2, r->index);
         sqlite3_bind_text64(s, 3, r->bytes + skipped, r->size - skipped, SQLITE_STATIC, SQLITE_UTF8);
@@ -149,8 +155,8 @@ static bool write_row(ll_database *database, const ll_stored *row)
 
 static bool write_record(ll_database *database, const record *r)
 {
-    if (r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS)
-        return write_class(database, r);
+    if (r->type == RECORD_TEXT || r->type == RECORD_DELETE_TEXT)
+        return write_text(database, r);
     if (r->type == RECORD_DELETE || r->type == RECORD_TRY_DELETE)
         return delete_session(database, r->number);
     if (r->type == RECORD_ROW) {
@@ -458,14 +464,25 @@ ll_status ll_database_list(ll_database *database, void (*each)(void *context, co
     return status;
 }
 
-ll_status ll_database_list_classes(ll_database *database,
-                                   void (*each)(void *context, const char *id, int64_t seen_ms,
-                                                const char *text),
-                                   void *context)
+ll_status ll_database_list_texts(ll_database *database, ll_store_text kind,
+                                 void (*each)(void *context, const char *id, int64_t seen_ms,
+                                              const char *text),
+                                 void *context)
 {
+    static const char *const sql[] = {[LL_STORE_CLASS] = "SELECT id, seen_ms, state FROM classes",
+                                      [LL_STORE_MEASUREMENT] = "SELECT id, seen_ms, state FROM measurements"};
     sqlite3_stmt *s = NULL;
+    int64_t tables = 0;
     pthread_mutex_lock(&database->reader_lock);
-    int result = sqlite3_prepare_v2(database->reader, "SELECT id, seen_ms, state FROM classes", -1, &s, NULL);
+    /* an earlier database that can only be read has none */
+    if (kind == LL_STORE_MEASUREMENT &&
+        read_number(database->reader, "SELECT count(*) FROM sqlite_master WHERE name='measurements'",
+                    &tables) &&
+        tables == 0) {
+        pthread_mutex_unlock(&database->reader_lock);
+        return ll_ok();
+    }
+    int result = sqlite3_prepare_v2(database->reader, sql[kind], -1, &s, NULL);
     while (result == SQLITE_OK || result == SQLITE_ROW) {
         result = sqlite3_step(s);
         if (result != SQLITE_ROW)

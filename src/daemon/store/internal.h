@@ -8,16 +8,17 @@ typedef enum record_type {
     RECORD_LINE,
     RECORD_DELETE,
     RECORD_TRY_DELETE,
-    RECORD_CLASS,
-    RECORD_DELETE_CLASS
+    RECORD_TEXT,
+    RECORD_DELETE_TEXT
 } record_type;
 
 typedef struct ll_store_record {
     struct ll_store_record *next;
     record_type type;
-    int64_t number, index; /* of the session's row and of the line; of a class: when it was seen */
+    int64_t number,
+        index; /* of the session's row and of the line; of a text: its kind, and when it was seen */
     size_t size;
-    char bytes[]; /* an ll_stored, a line, or a class: its id, NUL, its text */
+    char bytes[]; /* an ll_stored, a line, or a text: its id, NUL, the text */
 } record;
 
 typedef struct ll_database ll_database;
@@ -40,7 +41,7 @@ ll_status ll_database_try_room(ll_database *database, int64_t bytes);
 ll_status ll_database_list(ll_database *database, void (*each)(void *context, const ll_stored *stored),
                            void *context);
 ll_status ll_database_read_log(ll_database *database, int64_t number, char **text, size_t *length);
-ll_status ll_database_list_classes(ll_database *database,
-                                   void (*each)(void *context, const char *id, int64_t seen_ms,
-                                                const char *text),
-                                   void *context);
+ll_status ll_database_list_texts(ll_database *database, ll_store_text kind,
+                                 void (*each)(void *context, const char *id, int64_t seen_ms,
+                                              const char *text),
+                                 void *context);

@@ -71,7 +71,7 @@ static void count_time(ll_store *store, int64_t ns)
 
 static bool is_droppable(const record *r)
 {
-    return r->type == RECORD_CLASS || r->type == RECORD_DELETE_CLASS || r->type == RECORD_TRY_DELETE;
+    return r->type == RECORD_TEXT || r->type == RECORD_DELETE_TEXT || r->type == RECORD_TRY_DELETE;
 }
 
 /* Removes from the queue what is not tried again. Locked. */
@@ -251,12 +251,11 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
     return store ? ll_database_list(store->database, each, context) : ll_ok();
 }
 
-ll_status ll_store_list_classes(ll_store *store,
-                                void (*each)(void *context, const char *id, int64_t seen_ms,
-                                             const char *text),
-                                void *context)
+ll_status ll_store_list_texts(ll_store *store, ll_store_text kind,
+                              void (*each)(void *context, const char *id, int64_t seen_ms, const char *text),
+                              void *context)
 {
-    return store ? ll_database_list_classes(store->database, each, context) : ll_ok();
+    return store ? ll_database_list_texts(store->database, kind, each, context) : ll_ok();
 }
 
 ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length)
@@ -372,7 +371,8 @@ uint64_t ll_store_try_delete(ll_store *store, int64_t number)
     return enqueue(store, RECORD_TRY_DELETE, number, 0, NULL, 0);
 }
 
-uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text)
+uint64_t ll_store_put_text(ll_store *store, ll_store_text kind, const char *id, int64_t seen_ms,
+                           const char *text)
 {
     size_t length = strlen(text);
     char *bytes = store ? malloc(LL_ID_LENGTH + 1 + length) : NULL;
@@ -380,14 +380,14 @@ uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, co
         return 0;
     snprintf(bytes, LL_ID_LENGTH + 1, "%s", id);
     memcpy(bytes + LL_ID_LENGTH + 1, text, length);
-    uint64_t ticket = enqueue(store, RECORD_CLASS, 0, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
+    uint64_t ticket = enqueue(store, RECORD_TEXT, kind, seen_ms, bytes, LL_ID_LENGTH + 1 + length);
     free(bytes);
     return ticket;
 }
 
-uint64_t ll_store_delete_class(ll_store *store, const char *id)
+uint64_t ll_store_delete_text(ll_store *store, ll_store_text kind, const char *id)
 {
-    return enqueue(store, RECORD_DELETE_CLASS, 0, 0, id, strlen(id) + 1);
+    return enqueue(store, RECORD_DELETE_TEXT, kind, 0, id, strlen(id) + 1);
 }
 
 /* ---- what became of it ---- */

@@ -1,13 +1,13 @@
-/* Stored sessions: their rows and all lines of their logs; and classes, a text each. A SQLite database in the
- * folder of one daemon.
+/* Stored sessions: their rows and all lines of their logs; and classes and measurements, a text each. A
+ * SQLite database in the folder of one daemon.
  *
  * One writer thread commits everything that is queued at once. Queueing returns a ticket. A caller that must
  * not answer before its line is durable waits for the ticket; others can use ll_store_on_commit. After `kill
  * -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose the last
  * commits).
  *
- * When a commit fails, the records of sessions are kept in order and tried again every second; those of
- * classes, and deletions that a client waits for, are dropped: what they change changes when they are stored.
+ * When a commit fails, the records of sessions are kept in order and tried again every second; texts,
+ * and deletions that a client waits for, are dropped: what they change changes when they are stored.
  * Until then ll_store_wait fails and ll_store_check too: changes are refused before they are applied, so that
  * a session is never further ahead of its stored log than by the lines in flight at the first failure. The
  * log gets one line when the store begins to fail, with the cause, and one when it works again.
@@ -27,6 +27,8 @@
 #define LL_STORE_KEYS (1 + LL_PLAYERS_MAX) /* the owner's, then one per player */
 
 typedef struct ll_store ll_store;
+
+typedef enum ll_store_text { LL_STORE_CLASS, LL_STORE_MEASUREMENT } ll_store_text;
 
 typedef struct ll_stored {
     int64_t number; /* of its row, never used again */
@@ -65,11 +67,10 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
 /* The lines of a session's log separated by newlines; caller frees `*text`. */
 ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t *length);
 
-/* All stored classes: what ll_store_put_class was given. Call before anything is queued. */
-ll_status ll_store_list_classes(ll_store *store,
-                                void (*each)(void *context, const char *id, int64_t seen_ms,
-                                             const char *text),
-                                void *context);
+/* All stored texts of a kind: what ll_store_put_text was given. Call before any of them is queued. */
+ll_status ll_store_list_texts(ll_store *store, ll_store_text kind,
+                              void (*each)(void *context, const char *id, int64_t seen_ms, const char *text),
+                              void *context);
 
 int64_t ll_store_new_number(ll_store *store); /* of a new session */
 
@@ -80,10 +81,11 @@ uint64_t ll_store_put(ll_store *store,
 uint64_t ll_store_line(ll_store *store, int64_t number, int64_t index, const char *line, size_t length);
 uint64_t ll_store_delete(ll_store *store, int64_t number);
 uint64_t ll_store_try_delete(ll_store *store, int64_t number); /* as of a class; see ll_store_wait_tried */
-/* A class, in place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time.
+/* In place of what was stored of it. `id`: at most LL_ID_LENGTH characters; `seen_ms`: Unix time.
  * 0: the store fails; a ticket that is not durable when it fails was dropped. */
-uint64_t ll_store_put_class(ll_store *store, const char *id, int64_t seen_ms, const char *text);
-uint64_t ll_store_delete_class(ll_store *store, const char *id);
+uint64_t ll_store_put_text(ll_store *store, ll_store_text kind, const char *id, int64_t seen_ms,
+                           const char *text);
+uint64_t ll_store_delete_text(ll_store *store, ll_store_text kind, const char *id);
 
 /* Records that are stored together or not at all: a new session's first lines and its row. {0}: empty. */
 typedef struct ll_store_batch {

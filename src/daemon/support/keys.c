@@ -1,5 +1,7 @@
 #include "daemon/support/keys.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 
@@ -117,4 +119,21 @@ bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length)
     unsigned char digest[LL_DIGEST_SIZE];
     return ll_digest(hash->bytes, LL_KEY_SALT, key, length, digest) &&
            ll_digest_equal(digest, hash->bytes + LL_KEY_SALT);
+}
+
+void ll_key_hash_write(const ll_key_hash *hash, char text[LL_KEY_HASH_TEXT + 1])
+{
+    for (size_t i = 0; i < sizeof hash->bytes; i++)
+        snprintf(text + 2 * i, 3, "%02x", hash->bytes[i]);
+}
+
+bool ll_key_hash_read(const char *text, ll_key_hash *hash)
+{
+    if (!text || strlen(text) != LL_KEY_HASH_TEXT || strspn(text, "0123456789abcdef") != LL_KEY_HASH_TEXT)
+        return false;
+    for (size_t i = 0; i < sizeof hash->bytes; i++) {
+        char pair[3] = {text[2 * i], text[2 * i + 1], '\0'};
+        hash->bytes[i] = (unsigned char)strtoul(pair, NULL, 16);
+    }
+    return true;
 }

@@ -41,3 +41,8 @@ bool ll_code_read(const char *text, char code[LL_CODE_LENGTH + 1]);
 
 bool ll_key_hash_make(const char *key, ll_key_hash *hash);
 bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length);
+
+/* As text, for storing. `text` of reading may be NULL; false: it is none. */
+#define LL_KEY_HASH_TEXT (2 * LL_KEY_RECORD)
+void ll_key_hash_write(const ll_key_hash *hash, char text[LL_KEY_HASH_TEXT + 1]);
+bool ll_key_hash_read(const char *text, ll_key_hash *hash);

@@ -93,8 +93,7 @@ bool ll_list_contains(const char *list, const char *name)
     return list == NULL;
 }
 
-/* Copies the next item of a comma-separated list into `item`; false at its end. */
-static bool next_item(const char **list, char *item, size_t size)
+bool ll_list_next(const char **list, char *item, size_t size)
 {
     if (**list == '\0')
         return false;
@@ -149,7 +148,7 @@ static ll_status set_all(const ll_refinement_request *request, const ll_refineme
     const ll_param_table *table = scenario->kind->table;
     ll_status status = ll_ok();
     for (const char *list = refinement_series->fixed;
-         !ll_failed(&status) && next_item(&list, pair, sizeof pair);) {
+         !ll_failed(&status) && ll_list_next(&list, pair, sizeof pair);) {
         fill_seed(pair, sizeof pair, seed);
         status = put_pair(scenario, pair);
     }
@@ -308,6 +307,7 @@ static void finish(ll_refinement_level *refinement_level, samples *s)
     qsort(s->took, (size_t)s->runs, sizeof *s->took, by_size);
     refinement_level->cpu_min_s = (double)s->took[0] * 1e-9;
     refinement_level->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
+    refinement_level->runs = s->runs;
 }
 
 /* Runs every seed once, or repeats one run to measure its time. */
@@ -357,7 +357,7 @@ void ll_refinement_level_sets(const ll_refinement_level *refinement_level,
     text_end t = {text, size, 0};
     char pair[96];
     text[0] = '\0';
-    for (const char *list = of->fixed; next_item(&list, pair, sizeof pair);) {
+    for (const char *list = of->fixed; ll_list_next(&list, pair, sizeof pair);) {
         fill_seed(pair, sizeof pair, request->first_seed);
         char *value = strchr(pair, '=');
         *value++ = '\0';
@@ -378,7 +378,7 @@ void ll_refinement_level_sets(const ll_refinement_level *refinement_level,
 static bool next_series(ll_refinement_run *c)
 {
     do
-        if (!next_item(&c->series, c->refinement_level.series, sizeof c->refinement_level.series))
+        if (!ll_list_next(&c->series, c->refinement_level.series, sizeof c->refinement_level.series))
             return false;
     while (!ll_list_contains(c->request->methods, c->refinement_level.series));
     c->settings = c->refinement_level.refinement_series->setting_values;
@@ -390,9 +390,9 @@ int ll_refinement_series_count(const ll_refinement_series *refinement_series, co
 {
     char item[32];
     int series = 0, settings = 0;
-    for (const char *list = refinement_series->series_values; next_item(&list, item, sizeof item);)
+    for (const char *list = refinement_series->series_values; ll_list_next(&list, item, sizeof item);)
         series += ll_list_contains(methods, item);
-    for (const char *list = refinement_series->setting_values; next_item(&list, item, sizeof item);)
+    for (const char *list = refinement_series->setting_values; ll_list_next(&list, item, sizeof item);)
         settings++;
     return series * settings;
 }
@@ -412,7 +412,7 @@ bool ll_refinement_series_next(ll_refinement_run *c, ll_status *status)
     if (*c->settings == '\0' && !next_series(c))
         return false;
     before = *refinement_level;
-    next_item(&c->settings, refinement_level->setting, sizeof refinement_level->setting);
+    ll_list_next(&c->settings, refinement_level->setting, sizeof refinement_level->setting);
     *status = measure(c->request, refinement_level);
     if (refinement_level->error > 0 && before.error > 0)
         refinement_level->order = -log(refinement_level->error / before.error) /

@@ -46,6 +46,7 @@ typedef struct ll_refinement_level {
     double error_low, error_high; /* bounds of its 95 % interval (interval.h); NaN: none */
     ll_measured costs[LL_REFINEMENT_COSTS_MAX]; /* those of the request */
     double cpu_min_s, cpu_median_s;
+    int runs;     /* whose time was measured */
     double order; /* against the previous level: -log of errors over log of settings; NaN for the first */
 } ll_refinement_level;
 
@@ -87,3 +88,5 @@ void ll_refinement_level_sets(const ll_refinement_level *refinement_level,
 
 /* Whether `name` is in the comma-separated `list`; NULL contains all. */
 bool ll_list_contains(const char *list, const char *name);
+/* Copies the next item of a comma-separated list into `item`; false at its end. */
+bool ll_list_next(const char **list, char *item, size_t size);

@@ -9,7 +9,10 @@
  * other costs, so that they do not depend on the machine. A choice is the cheapest setting whose upper bound
  * of the error is within the level. It holds if that is so again on fresh seeds, and nothing else that is
  * within the level there is cheaper beyond the intervals of both costs. Without randomness the errors cannot
- * differ; then it is the processor time that is measured again. */
+ * differ; then it is the processor time that is measured again.
+ *
+ * The coarsest setting of every method comes first, then the next of every method, so that a plot of all
+ * methods is there early and becomes finer; the check follows, in the same order. */
 #pragma once
 
 #include "experiment/advise/refinement_series.h"
@@ -48,6 +51,7 @@ typedef struct ll_tradeoff_values {
     ll_measured
         costs[LL_TRADEOFF_COSTS_MAX]; /* processor time: minimum, minimum, median; at least 5 % more */
     double cpu_median_s;
+    int runs;     /* whose processor time was measured */
     int64_t seed; /* of the first run */
     int seeds;    /* runs with seeds that follow; 1: nothing is random, or nothing is known */
 } ll_tradeoff_values;
@@ -75,7 +79,7 @@ typedef struct ll_tradeoff_choice {
 typedef struct ll_tradeoff {
     const ll_tradeoff_family *family;
     ll_tradeoff_row *rows;
-    int count, room;
+    int count;
     ll_tradeoff_choice *choices; /* by problem, cost, level */
     int choice_count;
 } ll_tradeoff;
@@ -87,18 +91,31 @@ typedef struct ll_tradeoff_request {
     int seeds;             /* of levels with randomness */
     int check_seeds;       /* of the check, after those; 0: no check */
     int64_t (*now_ns)(void);
-    const ll_interrupt *interrupt; /* NULL: none */
-    _Atomic int64_t *done;         /* steps so far, of ll_tradeoff_steps; NULL: not counted */
 } ll_tradeoff_request;
 
-/* Steps of the measurement and its check: settings; of integrators, whose settings follow from their errors,
- * methods. 0: the family has none of the methods. */
+/* Settings to measure, twice with a check; of integrators, whose settings follow from their errors, at most.
+ * 0: the family has none of the methods. */
 int64_t ll_tradeoff_steps(const ll_tradeoff_family *family, const ll_tradeoff_request *request);
 
-/* Measures, chooses and checks. LL_BAD_INPUT: the family has none of the methods; LL_INTERRUPTED. The caller
- * frees `tradeoff`, after a failure too. */
-ll_status ll_tradeoff_run(const ll_tradeoff_family *family, const ll_tradeoff_request *request,
-                          ll_tradeoff *tradeoff);
+/* A measurement in progress. */
+typedef struct ll_tradeoff_run ll_tradeoff_run;
+
+/* `request` must outlive it. LL_BAD_INPUT: the family has none of the methods. */
+ll_status ll_tradeoff_open(const ll_tradeoff_family *family, const ll_tradeoff_request *request,
+                           ll_tradeoff_run **run);
+/* Measures one more setting. False: there is none, or only in series that other threads are at; or something
+ * failed, here or in another thread. Several threads may work at a run; `interrupt`, which may be NULL, is
+ * this thread's. */
+bool ll_tradeoff_next(ll_tradeoff_run *run, const ll_interrupt *interrupt, ll_status *status);
+int64_t ll_tradeoff_done(ll_tradeoff_run *run); /* of ll_tradeoff_steps. Any thread */
+/* The rows so far, with fronts and choices, which are checked when all are. The caller frees `tradeoff`,
+ * after a failure too. Any thread. */
+ll_status ll_tradeoff_so_far(ll_tradeoff_run *run, ll_tradeoff *tradeoff);
+void ll_tradeoff_close(ll_tradeoff_run *run); /* NULL: no effect */
+
+/* All of it. The caller frees `tradeoff`, after a failure too. */
+ll_status ll_tradeoff_measure(const ll_tradeoff_family *family, const ll_tradeoff_request *request,
+                              ll_tradeoff *tradeoff);
 void ll_tradeoff_free(ll_tradeoff *tradeoff);
 
 /* `holds`, `does not hold`, `not checked`, or `nothing` where nothing is within the level. */

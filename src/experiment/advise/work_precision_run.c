@@ -225,6 +225,7 @@ static ll_status measure_time(series_workspace *b, const ll_ode_method *method, 
     qsort(took, (size_t)n, sizeof *took, by_size);
     r->cpu_min_s = (double)took[0] * 1e-9;
     r->cpu_median_s = (double)took[n / 2] * 1e-9;
+    r->runs = n;
     return ll_ok();
 }
 
@@ -283,32 +284,96 @@ static bool is_well_known(const ll_work_precision *r)
 }
 
 /* Shorter steps would not help: rounding dominates, or the solution is not known more exactly. */
-static bool is_over(const ll_work_precision *r)
+static bool is_over(const ll_work_precision *before, const ll_work_precision *r)
 {
     bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);
-    return unknown ? isnan(r[-1].e_max) && r[-1].status == LL_RUN_OK
-                   : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
+    return unknown ? isnan(before->e_max) && before->status == LL_RUN_OK
+                   : r->e_max > before->e_max && before->e_max < 1e-9;
+}
+
+/* ---- a series, level by level ---- */
+
+/* Settings of a series; of a fixed step as parts of the duration. */
+typedef struct series_range {
+    double first, factor, least;
+} series_range;
+
+static series_range range_of(const ll_ode_method *method, int64_t steps_max)
+{
+    if (method->adaptive)
+        return (series_range){1e-2, 0.1, 0.9e-14};
+    return (series_range){1.0 / 16, 0.5, 1.0 / (double)(steps_max > 0 ? steps_max : STEPS_MAX)};
+}
+
+int ll_work_precision_levels(const ll_ode_method *method, int64_t steps_max)
+{
+    series_range range = range_of(method, steps_max);
+    int n = 0;
+    for (double at = range.first; at >= range.least && n < LL_WORK_PRECISION_LEVELS_MAX; at *= range.factor)
+        n++;
+    return n;
+}
+
+struct ll_work_precision_run {
+    series_workspace workspace;
+    const ll_ode_method *method;
+    double setting, factor;
+    int left, count;
+    ll_work_precision last;
+};
+
+ll_status ll_work_precision_start(const ll_work_precision_request *request, const ll_ode_method *method,
+                                  ll_work_precision_run **run)
+{
+    ll_work_precision_run *r = *run = calloc(1, sizeof *r);
+    if (!r)
+        return ll_error(LL_NO_MEMORY, "out of memory: measuring a method");
+    series_range range = range_of(method, request->steps_max);
+    ll_status status = open_workspace(&r->workspace, request, method);
+    r->method = method;
+    r->setting = range.first * (method->adaptive ? 1 : r->workspace.duration);
+    r->factor = range.factor;
+    r->left = ll_work_precision_levels(method, request->steps_max);
+    if (ll_failed(&status)) {
+        ll_work_precision_end(r);
+        *run = NULL;
+    }
+    return status;
+}
+
+bool ll_work_precision_next(ll_work_precision_run *r, ll_work_precision *level, ll_status *status)
+{
+    if (r->left == 0)
+        return false;
+    *status = refinement_level(&r->workspace, r->method, r->setting, level);
+    if (ll_failed(status))
+        return false;
+    if (r->count > 0 && is_well_known(level) && is_well_known(&r->last))
+        level->order = log(level->e_max / r->last.e_max) / log(r->factor);
+    r->count++;
+    r->left--;
+    if (r->count > 2 && !r->method->adaptive && is_over(&r->last, level))
+        r->left = 0;
+    r->setting *= r->factor;
+    r->last = *level;
+    return true;
+}
+
+void ll_work_precision_end(ll_work_precision_run *r)
+{
+    if (r)
+        close_workspace(&r->workspace);
+    free(r);
 }
 
 ll_status ll_work_precision_series(const ll_work_precision_request *request, const ll_ode_method *method,
                                    ll_work_precision *refinement_levels, int *count)
 {
-    series_workspace b;
-    int n = 0;
-    ll_status status = open_workspace(&b, request, method);
-    double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
-    int64_t steps_max = request->steps_max > 0 ? request->steps_max : STEPS_MAX;
-    double least = method->adaptive ? 0.9e-14 : b.duration / (double)steps_max;
-    for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {
-        ll_work_precision *r = &refinement_levels[n];
-        status = refinement_level(&b, method, setting, r);
-        if (n > 0 && is_well_known(r) && is_well_known(r - 1))
-            r->order = log(r->e_max / r[-1].e_max) / log(factor);
-        n += !ll_failed(&status);
-        if (n > 2 && !method->adaptive && is_over(r))
-            break;
-    }
-    close_workspace(&b);
-    *count = n;
+    ll_work_precision_run *run;
+    ll_status status = ll_work_precision_start(request, method, &run);
+    *count = 0;
+    while (!ll_failed(&status) && ll_work_precision_next(run, &refinement_levels[*count], &status))
+        ++*count;
+    ll_work_precision_end(run);
     return status;
 }

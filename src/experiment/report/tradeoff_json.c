@@ -124,6 +124,7 @@ static void add_values(cJSON *to, const ll_tradeoff_values *v, int cost_count)
     for (int c = 0; c < cost_count; c++)
         cJSON_AddItemToArray(costs, measured(&v->costs[c]));
     cJSON_AddItemToObject(to, "cpu_median_s", ll_param_number(v->cpu_median_s));
+    cJSON_AddNumberToObject(to, "runs", v->runs);
     cJSON_AddNumberToObject(to, "seed", (double)v->seed);
     cJSON_AddNumberToObject(to, "seeds", v->seeds);
 }

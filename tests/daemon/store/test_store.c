@@ -207,7 +207,7 @@ static void a_disk_that_is_full_for_a_while(void **state)
     status = ll_store_check(store);
     assert_int_equal(status.code, LL_IO);
     /* What is not tried again: a class, and a deletion that a client waits for. */
-    assert_int_equal(ll_store_put_class(store, "class", 1, "{}"), 0);
+    assert_int_equal(ll_store_put_text(store, LL_STORE_CLASS, "class", 1, "{}"), 0);
     status = ll_store_wait_tried(store, ll_store_try_delete(store, one.number));
     assert_true(ll_failed(&status));
 
@@ -226,6 +226,49 @@ static void a_disk_that_is_full_for_a_while(void **state)
     status = ll_store_read_log(store, one.number, &text, &length);
     assert_string_equal(text, "first\nsecond\n");
     free(text);
+    ll_store_close(store);
+}
+
+typedef struct texts {
+    char ids[4][8], texts[4][32];
+    int64_t seen_ms[4];
+    int count;
+} texts;
+
+static void take_text(void *context, const char *id, int64_t seen_ms, const char *text)
+{
+    texts *t = context;
+    assert_true(t->count < 4);
+    snprintf(t->ids[t->count], sizeof t->ids[0], "%s", id);
+    snprintf(t->texts[t->count], sizeof t->texts[0], "%s", text);
+    t->seen_ms[t->count++] = seen_ms;
+}
+
+static texts list_texts(ll_store *store, ll_store_text kind)
+{
+    texts t = {0};
+    ll_status status = ll_store_list_texts(store, kind, take_text, &t);
+    assert_string_equal(status.text, "");
+    return t;
+}
+
+static void texts_of_each_kind_are_there_again(void **state)
+{
+    fixture *f = *state;
+    ll_store *store = open_store(f);
+    ll_store_put_text(store, LL_STORE_CLASS, "a", 5, "class a");
+    ll_store_put_text(store, LL_STORE_MEASUREMENT, "a", 6, "measurement a");
+    ll_store_put_text(store, LL_STORE_MEASUREMENT, "b", 7, "measurement b");
+    ll_store_put_text(store, LL_STORE_MEASUREMENT, "a", 8, "more of a");
+    ll_store_delete_text(store, LL_STORE_CLASS, "b"); /* no class */
+    ll_store_wait(store, ll_store_delete_text(store, LL_STORE_MEASUREMENT, "b"));
+    ll_store_close(store);
+    store = open_store(f);
+    texts classes = list_texts(store, LL_STORE_CLASS), measurements = list_texts(store, LL_STORE_MEASUREMENT);
+    assert_true(classes.count == 1 && measurements.count == 1);
+    assert_string_equal(classes.texts[0], "class a");
+    assert_string_equal(measurements.texts[0], "more of a");
+    assert_true(classes.seen_ms[0] == 5 && measurements.seen_ms[0] == 8);
     ll_store_close(store);
 }
 
@@ -328,6 +371,7 @@ int main(void)
         WITH_FOLDER(a_newer_schema_and_a_damaged_file_are_refused),
         cmocka_unit_test(a_folder_that_cannot_be_is_refused),
         WITH_FOLDER(a_disk_that_is_full_for_a_while),
+        WITH_FOLDER(texts_of_each_kind_are_there_again),
         WITH_FOLDER(many_writers),
         WITH_FOLDER(a_batch_is_stored_as_one),
         cmocka_unit_test(no_store_keeps_nothing_and_never_fails),

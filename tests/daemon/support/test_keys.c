@@ -108,6 +108,13 @@ static void a_key_matches_its_hash_only(void **state)
     assert_true(ll_key_hash_make(key, &hash) && ll_key_hash_make(key, &again));
     assert_memory_not_equal(hash.bytes, again.bytes, LL_KEY_RECORD); /* salted */
     assert_true(ll_key_matches(&hash, key, LL_KEY_LENGTH) && ll_key_matches(&again, key, LL_KEY_LENGTH));
+    char text[LL_KEY_HASH_TEXT + 1];
+    ll_key_hash read;
+    ll_key_hash_write(&hash, text);
+    assert_true(ll_key_hash_read(text, &read) && ll_key_matches(&read, key, LL_KEY_LENGTH));
+    text[7] = 'g';
+    assert_false(ll_key_hash_read(text, &read) || ll_key_hash_read(text + 1, &read) ||
+                 ll_key_hash_read(NULL, &read));
     assert_false(ll_key_matches(&hash, other, LL_KEY_LENGTH) ||
                  ll_key_matches(&hash, key, LL_KEY_LENGTH - 1) || ll_key_matches(&hash, "", 0));
 }

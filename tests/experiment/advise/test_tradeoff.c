@@ -1,5 +1,6 @@
 /* Families: their table, choices and checks on rows that are known, and seeds of measurement and check. */
 #include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -14,6 +15,7 @@
 #include "library/library.h"
 #include "session/session.h"
 #include "support/near.h"
+#include "threads/clock.h"
 
 static int64_t ticks;
 
@@ -46,6 +48,14 @@ static void every_family_has_problems_and_two_costs(void **state)
         assert_ptr_equal(ll_tradeoff_family_find(f->name), f);
         assert_true(ll_tradeoff_problem_count(f) > 0 && ll_tradeoff_cost_count(f) >= 2);
         assert_string_equal(f->costs[0].path, "cpu_s");
+        char method[40];
+        int first = 0;
+        for (const char *list = f->first; ll_list_next(&list, method, sizeof method); first++) {
+            const ll_tradeoff_request alone = {.methods = method};
+            if (ll_tradeoff_steps(f, &alone) == 0)
+                fail_msg("%s has no %s", f->name, method);
+        }
+        assert_in_range(first, 3, 6);
         for (int p = 0; p < ll_tradeoff_problem_count(f); p++)
             if (strcmp(f->name, "integrators") != 0 && !has_series(&f->problems[p]))
                 fail_msg("%s: %s has no series", f->name, f->problems[p].scenario);
@@ -180,11 +190,11 @@ static void the_check_has_other_seeds_than_the_measurement(void **state)
                                          .seeds = SEEDS,
                                          .check_seeds = CHECK,
                                          .now_ns = counting_clock};
-    must(ll_tradeoff_run(ll_tradeoff_family_find("lag_compensation"), &request, &t));
+    must(ll_tradeoff_measure(ll_tradeoff_family_find("lag_compensation"), &request, &t));
     assert_int_equal(t.count, 8);
     for (int i = 0; i < t.count; i++) {
         const ll_tradeoff_values *v = &t.rows[i].values, *again = &t.rows[i].again;
-        assert_true(v->seed == 1 && v->seeds == SEEDS);
+        assert_true(v->seed == 1 && v->seeds == SEEDS && v->runs == SEEDS);
         assert_true(again->seed == v->seed + v->seeds && again->seeds == CHECK);
         assert_true(v->error.low <= v->error.value && v->error.value <= v->error.high);
         for (int c = 0; c < 4; c++)
@@ -205,7 +215,7 @@ static void a_family_without_the_method_is_refused(void **state)
     ll_tradeoff t;
     const ll_tradeoff_request request = {
         .scenarios = "scenarios", .methods = "magic", .seeds = 10, .now_ns = counting_clock};
-    ll_status status = ll_tradeoff_run(ll_tradeoff_family_find("oceans"), &request, &t);
+    ll_status status = ll_tradeoff_measure(ll_tradeoff_family_find("oceans"), &request, &t);
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_non_null(strstr(status.text, "magic"));
     ll_tradeoff_free(&t);
@@ -221,40 +231,47 @@ static bool go_on(void *context)
     return ++questions < asked_most;
 }
 
+/* All settings, as far as it gets. */
+static ll_status work(ll_tradeoff_run *run, const ll_interrupt *interrupt)
+{
+    ll_status status;
+    while (ll_tradeoff_next(run, interrupt, &status))
+        ;
+    return status;
+}
+
 /* Runs it whole, then ends it at questions in between. */
 static void count_and_interrupt(const char *family, const char *methods, const char *duration)
 {
-    ll_tradeoff t;
-    _Atomic int64_t done = 0;
+    ll_tradeoff_run *run;
     const ll_interrupt interrupt = {go_on, counting_clock, NULL};
     ll_tradeoff_request request = {.scenarios = "scenarios",
                                    .duration = duration,
                                    .methods = methods,
                                    .seeds = 10,
                                    .check_seeds = 10,
-                                   .now_ns = counting_clock,
-                                   .interrupt = &interrupt,
-                                   .done = &done};
+                                   .now_ns = counting_clock};
     const ll_tradeoff_family *of = ll_tradeoff_family_find(family);
     questions = 0;
     asked_most = INT64_MAX;
-    must(ll_tradeoff_run(of, &request, &t));
-    ll_tradeoff_free(&t);
-    assert_true(done > 0 && done == ll_tradeoff_steps(of, &request));
-    int64_t all = questions;
-    assert_true(all > 10);
+    must(ll_tradeoff_open(of, &request, &run));
+    must(work(run, &interrupt));
+    int64_t steps = ll_tradeoff_steps(of, &request), all = questions;
+    assert_true(steps > 0 && ll_tradeoff_done(run) == steps && all > 10);
+    ll_tradeoff_close(run);
     for (int part = 1; part < 8; part++) {
-        done = 0;
         questions = 0;
         asked_most = all * part / 8;
-        ll_status status = ll_tradeoff_run(of, &request, &t);
-        assert_int_equal(status.code, LL_INTERRUPTED);
+        must(ll_tradeoff_open(of, &request, &run));
+        assert_int_equal(work(run, &interrupt).code, LL_INTERRUPTED);
         assert_true(questions >= asked_most && questions < all);
-        ll_tradeoff_free(&t);
+        ll_status status;
+        assert_false(ll_tradeoff_next(run, NULL, &status)); /* for other threads too */
+        assert_false(ll_failed(&status));
+        ll_tradeoff_close(run);
     }
-    int64_t with_check = ll_tradeoff_steps(of, &request);
     request.check_seeds = 0;
-    assert_int_equal(2 * ll_tradeoff_steps(of, &request), with_check);
+    assert_int_equal(2 * ll_tradeoff_steps(of, &request), steps);
     request.methods = "magic";
     assert_int_equal(ll_tradeoff_steps(of, &request), 0);
 }
@@ -266,6 +283,96 @@ static void steps_are_counted_and_an_interrupt_ends_it(void **state)
     count_and_interrupt("contact_solvers", "xpbd", "0.1");
 }
 
+/* ---- the rows so far ---- */
+
+static int rows_of(const ll_tradeoff *t, const char *method, const char *value)
+{
+    int n = 0;
+    for (int i = 0; i < t->count; i++)
+        n += strcmp(t->rows[i].method, method) == 0 && (!value || strcmp(t->rows[i].value, value) == 0);
+    return n;
+}
+
+static void coarse_settings_of_all_methods_come_first_and_the_check_last(void **state)
+{
+    (void)state;
+    ll_tradeoff_run *run;
+    ll_tradeoff t;
+    ll_status status;
+    const ll_tradeoff_family *of = ll_tradeoff_family_find("contact_solvers");
+    const ll_tradeoff_request request = {.scenarios = "scenarios",
+                                         .duration = "0.1",
+                                         .methods = "xpbd,soft_step",
+                                         .seeds = 10,
+                                         .check_seeds = 10,
+                                         .now_ns = counting_clock};
+    must(ll_tradeoff_open(of, &request, &run));
+    must(ll_tradeoff_so_far(run, &t));
+    assert_true(t.count == 0 && t.choice_count == 0);
+    ll_tradeoff_free(&t);
+    for (int i = 0; i < 4; i++) /* two methods of two problems */
+        assert_true(ll_tradeoff_next(run, NULL, &status));
+    must(ll_tradeoff_so_far(run, &t));
+    assert_int_equal(t.count, 4);
+    assert_int_equal(rows_of(&t, "xpbd", "1"), 2);
+    assert_int_equal(rows_of(&t, "soft_step", "1"), 2);
+    assert_true(t.rows[0].problem == 0 && t.rows[3].problem == 1); /* in the order of the family */
+    assert_true(t.rows[0].values.runs == 3 && t.rows[0].again.seeds == 0);
+    ll_tradeoff_free(&t);
+    while (ll_tradeoff_done(run) < ll_tradeoff_steps(of, &request) - 1)
+        assert_true(ll_tradeoff_next(run, NULL, &status));
+    must(ll_tradeoff_so_far(run, &t));
+    assert_int_equal(t.count, 22); /* six and five settings */
+    assert_true(t.choice_count > 0);
+    for (int i = 0; i < t.choice_count; i++) /* some are measured again, not all */
+        assert_string_equal(ll_tradeoff_verdict(&t.choices[i]), "not checked");
+    ll_tradeoff_free(&t);
+    must(work(run, NULL));
+    must(ll_tradeoff_so_far(run, &t));
+    for (int i = 0; i < t.choice_count; i++)
+        assert_true(t.choices[i].checked);
+    ll_tradeoff_free(&t);
+    ll_tradeoff_close(run);
+}
+
+static void *work_too(void *run)
+{
+    must(work(run, NULL));
+    return NULL;
+}
+
+static void two_threads_measure_what_one_does(void **state)
+{
+    (void)state;
+    ll_tradeoff alone, both;
+    ll_tradeoff_run *run;
+    pthread_t threads[2];
+    const ll_tradeoff_family *of = ll_tradeoff_family_find("integrators");
+    const ll_tradeoff_request request = {.scenarios = "scenarios",
+                                         .duration = "0.5",
+                                         .methods = "rk4,dopri5,velocity_verlet",
+                                         .seeds = 10,
+                                         .now_ns = ll_thread_cpu_ns};
+    must(ll_tradeoff_measure(of, &request, &alone));
+    must(ll_tradeoff_open(of, &request, &run));
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, work_too, run), 0);
+    for (int i = 0; i < 2; i++)
+        pthread_join(threads[i], NULL);
+    assert_int_equal(ll_tradeoff_done(run), ll_tradeoff_steps(of, &request));
+    must(ll_tradeoff_so_far(run, &both));
+    assert_true(alone.count > 50 && both.count == alone.count);
+    for (int i = 0; i < alone.count; i++) {
+        const ll_tradeoff_row *a = &alone.rows[i], *b = &both.rows[i];
+        assert_string_equal(a->sets, b->sets);
+        assert_memory_equal(&a->values.error, &b->values.error, sizeof a->values.error);
+        assert_true(a->values.costs[1].value == b->values.costs[1].value && b->values.runs >= 1);
+    }
+    ll_tradeoff_free(&alone);
+    ll_tradeoff_free(&both);
+    ll_tradeoff_close(run);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -275,6 +382,8 @@ int main(void)
         cmocka_unit_test(the_check_has_other_seeds_than_the_measurement),
         cmocka_unit_test(a_family_without_the_method_is_refused),
         cmocka_unit_test(steps_are_counted_and_an_interrupt_ends_it),
+        cmocka_unit_test(coarse_settings_of_all_methods_come_first_and_the_check_last),
+        cmocka_unit_test(two_threads_measure_what_one_does),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

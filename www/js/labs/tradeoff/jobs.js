@@ -82,7 +82,7 @@ function put(id, change) {
 function take(id, { state, done, steps, error, answer: found }) {
   if (found) {
     answers.value = new Map(answers.peek()).set(id, found);
-    keep(id, found.name, jobs.peek().get(id)?.key ?? '', found);
+    keep(id, found.name, jobs.peek().get(id)?.key ?? '', state === 'running' ? null : found);
   }
   put(id, { state, done, steps, error: error ?? '', ...(found ? { family: found.name } : {}) });
   const at = place.peek();
@@ -111,8 +111,9 @@ const detailOf = (error) => (error instanceof Error ? error.message : t('session
 export async function start(order) {
   try {
     const made = await make('tradeoffs', order);
-    put(made.id, { family: order.family, key: made.owner_key });
-    keep(made.id, order.family, made.owner_key, null);
+    const key = made.owner_key ?? jobs.peek().get(made.id)?.key ?? ''; /* another client's measurement runs */
+    put(made.id, { family: order.family, key });
+    keep(made.id, order.family, key, null);
     follow(made.id);
     speak('tradeoff', t('tradeoff.spoken.started'));
     move({ family: order.family, job: made.id });
