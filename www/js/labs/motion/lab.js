@@ -5,6 +5,7 @@ import { fixed, localized } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { MOTION_STATUS } from '../../stream/names.js';
 import { change } from '../../session/params.js';
+import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
 import { layout, locked, may, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
@@ -20,7 +21,7 @@ import { mark } from '../../workbench/player_mark.js';
 import { tradeoffButton } from '../../workbench/work_precision.js';
 import { drawScene, isPlane } from './drawing.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
-import { Record, motionsOf } from './record.js';
+import { Record, motionsAt, motionsOf } from './record.js';
 import { measure, measuring, series, watch } from './refinement.js';
 import { called, t } from '../../base/words.js';
 
@@ -210,6 +211,16 @@ function showNumbers(frame) {
   });
 }
 
+/** What was before the first frame. @param {Record} to @param {import('../../workbench/past.js').Row[]} rows */
+function remember(to, rows) {
+  const at = motion(),
+    past = new Record(to.generation);
+  if (!at) return;
+  for (const row of rows)
+    past.take(Number(row.time_s), motionsAt(row, at.components, places().length), component.value, isPlane(at.problem));
+  to.follow(past);
+}
+
 const telling = textTurn(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
@@ -219,6 +230,7 @@ function draw(frame, settled, name) {
   const motions = motionsOf(frame);
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, motions, component.value, isPlane(at.problem));
+  recall(record, 'ticks', remember);
   const colours = palette(),
     shown = componentName(at.components[component.value] ?? '');
   const unit = unitOf(at.components[0] ?? '');
@@ -308,5 +320,8 @@ export const lab = {
   template,
   rendered: watch,
   draw,
-  facts: () => ({ refinement: { get: () => Object.fromEntries(series()) } }),
+  facts: () => ({
+    refinement: { get: () => Object.fromEntries(series()) },
+    remembered: { get: () => record.tracks.map(({ t }) => t) },
+  }),
 };

@@ -6,6 +6,21 @@
 
 const POINTS = 4000;
 
+/** The same, of a row of the trace. @param {import('../../workbench/past.js').Row} row @param {string[]} components of the state
+ * @param {number} methods how many @returns {Motion[]} */
+export const motionsAt = (row, components, methods) =>
+  ['solution', ...Array.from({ length: methods }, (_, i) => String(i))].map((name) => {
+    const state = components.map((component) => row[`${name}_${component}`]);
+    const known = state.every((value) => typeof value === 'number');
+    return /** @type {Motion} */ ({
+      status: known ? 0 : 2,
+      t_s: Number(row.time_s),
+      error: Number(row[`${name}_error`] ?? 0),
+      energy_drift: Number(row[`${name}_energy_drift`] ?? 0),
+      state: known ? state : [],
+    });
+  });
+
 /** The components of a motion's state: 0 the solution, 1 + i method i. @param {import('../../stream/frame.js').Frame} frame
  * @param {number} i */
 const stateOf = (frame, i) => frame.where('motion_state', 'motion', i).map(({ value }) => value);
@@ -24,12 +39,23 @@ export class Record {
     /** @type {Track[]} */
     this.tracks = [];
     this.time = -1;
+    this.first = -1;
+    this.asked = false;
+  }
+
+  /** What was before. @param {Record} past */
+  follow(past) {
+    past.tracks.forEach((before, i) => {
+      const to = (this.tracks[i] ??= track());
+      for (const name of /** @type {(keyof Track)[]} */ (Object.keys(to))) to[name] = [...before[name], ...to[name]];
+    });
   }
 
   /** @param {number} time @param {Motion[]} motion @param {number} component that is plotted @param {boolean} plane */
   take(time, motion, component, plane) {
     if (time <= this.time) return;
     this.time = time;
+    if (this.first < 0) this.first = time;
     motion.forEach((one, i) => {
       const to = (this.tracks[i] ??= track());
       if (one.status !== 0) return;

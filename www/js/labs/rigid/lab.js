@@ -4,6 +4,7 @@ import { effect, signal } from '../../../vendor/signals-core.js';
 import { fixed, localized, signed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { change } from '../../session/params.js';
+import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
 import { titleOf } from '../../session/scenario_words.js';
 import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
@@ -366,6 +367,7 @@ function draw(frame, settled, name) {
     colours = palette();
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
   record.take(frame.time_s, scene.worlds);
+  recall(record, 'worlds', (to, rows) => to.follow(rows));
   record.sweep(frame.tick, scene.shapes, 1 / at.hz);
   measure(frame, false);
   for (const i of worlds()) {
@@ -435,6 +437,7 @@ export const lab = {
   begin,
   draw,
   rates,
+  facts: () => ({ remembered: { get: () => record.tracks.map(({ t }) => t) } }),
   tables: async () => ({
     phases: () => ({
       columns: [{ name: 'part', unit: '' }, ...worlds().map((i) => ({ name: nameOf(i), unit: 'ms' }))],

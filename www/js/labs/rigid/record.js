@@ -14,6 +14,8 @@ export class Record {
     /** @type {Track[]} */
     this.tracks = [];
     this.time = -1;
+    this.first = -1;
+    this.asked = false;
     /** Where fast bodies were at former ticks, by shape. @type {Map<number, import('./decode.js').Shape[]>} */
     this.places = new Map();
     this.tick = -1;
@@ -34,10 +36,32 @@ export class Record {
     });
   }
 
-  /** @param {number} time @param {import('./decode.js').World[]} worlds */
+  /** What was before: rows of all worlds, tick by tick. @param {import('../../workbench/past.js').Row[]} rows */
+  follow(rows) {
+    const past = new Record(this.generation),
+      count = this.tracks.length;
+    for (let i = 0; i + count <= rows.length; i += count)
+      past.take(
+        Number(rows[i]?.time_s),
+        rows.slice(i, i + count).map((row) => ({
+          status: row.status === 'ok' ? 0 : 1,
+          energy: Number(row.energy_J),
+          energy_start: Number(row.energy_start_J),
+          penetration: Number(row.penetration_m),
+          tunnelled: Number(row.tunnelled),
+        })),
+      );
+    past.tracks.forEach((before, i) => {
+      const to = /** @type {Track} */ (this.tracks[i]);
+      for (const name of /** @type {(keyof Track)[]} */ (Object.keys(to))) to[name] = [...before[name], ...to[name]];
+    });
+  }
+
+  /** @param {number} time @param {Pick<import('./decode.js').World, 'status' | 'energy' | 'energy_start' | 'penetration' | 'tunnelled'>[]} worlds */
   take(time, worlds) {
     if (time <= this.time) return;
     this.time = time;
+    if (this.first < 0) this.first = time;
     worlds.forEach((one, i) => {
       const to = (this.tracks[i] ??= { t: [], energy: [], penetration: [], tunnelled: [] });
       if (one.status !== 0) return;
