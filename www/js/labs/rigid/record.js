@@ -2,6 +2,8 @@
 
 /** @typedef {{t: number[], energy: number[], penetration: number[], tunnelled: number[]}} Track */
 
+/** @typedef {Pick<import('./decode.js').World, 'status' | 'energy' | 'energy_start' | 'penetration' | 'tunnelled'>} Plotted */
+
 const POINTS = 4000;
 const GHOSTS = 32 /* places of a body that are kept */,
   BODIES = 60; /* more of them would hide each other */
@@ -57,7 +59,7 @@ export class Record {
     });
   }
 
-  /** @param {number} time @param {Pick<import('./decode.js').World, 'status' | 'energy' | 'energy_start' | 'penetration' | 'tunnelled'>[]} worlds */
+  /** @param {number} time @param {Plotted[]} worlds */
   take(time, worlds) {
     if (time <= this.time) return;
     this.time = time;
