@@ -47,7 +47,7 @@ test('behind the wall: one goes through every hit that the answer counts; in eac
   await close();
 });
 
-test('behind the wall: both screens are live before a shot; without rewinding the same shot misses; the views are one click away', async () => {
+test('behind the wall: both screens are live before a shot; without rewinding it misses; the views are one click away', async () => {
   const { page, close } = await open('behind_wall', 1, 'de');
   await reads(page.locator('#hit-saw'), /^Was B sieht$/);
   await reads(page.locator('#hit-screen'), /^Bildschirm von A$/);
