@@ -31,7 +31,7 @@ measurement of yours.
 $ build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
 \`\`\`
 
-On the page, *Speed against error* in every lab (\`/#tradeoff\`) measures a family on the daemon; \`POST /api/v1/tradeoffs\` is for
+On the page, *Speed against error* (\`/#tradeoff\`) has these rows and measures a family on the daemon; \`POST /api/v1/tradeoffs\` is for
 programs. \`bench/run tradeoff\` measures all of this page. [Work against precision](experiments.md#work-against-precision) has the options
 for a problem of your own.
 `;

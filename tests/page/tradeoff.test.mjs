@@ -1,12 +1,23 @@
-// Speed against error: from a lab and from the first page, measured, read by pointer, keys and table, opened as sessions, kept, in German
-// on a phone.
+// Speed against error: the rule on the measured rows, all families as they open, the handles by keys and by dragging, the runs that follow
+// them, labs that lead to their families, in German on a phone.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
 import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { shippedRows } from '../../cmake/shipped_rows.mjs';
+import { cheapest, merged, nearest, needed, opening, pointsOf, rivalOf, tried } from '../../www/js/labs/tradeoff/rule.js';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, textsOn } from './german.mjs';
-import { bytesOf, axe, launch, paramsOf, reads, refreshes, settles, until, visit } from './lib.mjs';
+import { axe, bytesOf, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
+const MEASURED = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../bench/results/tradeoff');
+const FAMILIES = [
+  ...['integrators', 'contact_solvers', 'pressure_solvers', 'particles'],
+  ...['oceans', 'snapshots', 'synchronisation', 'lag_compensation'],
+];
+const SEEN_PX = 40;
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -18,178 +29,234 @@ after(async () => {
   await daemon?.stop();
 });
 
-/** @param {import('playwright-core').Page} page @param {string} name */
+/** @typedef {import('playwright-core').Page} Page */
+/** @param {Page} page @param {string} name */
 const shot = (page, name) => (SHOTS === '' ? undefined : page.screenshot({ path: `${SHOTS}/tradeoff-${name}.png` }));
-/** @param {import('playwright-core').Page} page */
+/** @param {Page} page */
 const hash = (page) => page.evaluate(() => location.hash);
-/** @param {import('playwright-core').Page} page */
-const title = (page) => page.locator('main.tradeoff h2');
-/** Dark or coloured pixels of a plot. @param {import('playwright-core').Page} page @param {number} n */
-const ink = (page, n) =>
-  page.locator(`#tradeoff-${n}`).evaluate((/** @type {any} */ canvas) => {
-    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
-    copy.drawImage(canvas, 0, 0);
-    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 200 && Math.max(data[i], data[i + 1], data[i + 2]) > 60 ? 1 : 0;
-    return count;
-  });
+/** What the view shows. @param {Page} page @returns {Promise<any>} */
+const facts = (page) => page.evaluate(() => globalThis.laglab?.().tradeoff ?? null);
+/** @param {Page} page */
+const sentence = (page) => page.locator('#tradeoff-said');
+/** @param {Page} page @param {'budget' | 'enough'} name */
+const handle = (page, name) => page.locator(`[role="slider"][data-handle="${name}"]`);
+/** @param {{x: number, y: number}} a @param {{x: number, y: number}} b */
+const apart = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
+/** @param {Page} page */
+const opened = (page) => until(async () => Boolean((await facts(page))?.ring), 'the plot is drawn');
+/** Sessions of the daemon. */
+const sessions = async () => Number(/^laglab_sessions(?:\{[^}]*\})? (\d+)$/m.exec(await (await fetch(`${daemon.url}metrics`)).text())?.[1]);
 
-test('from a lab: a measurement, its plots and choices, live sessions and back', async () => {
-  const { page, context, complaints, close } = await visit(browser, `${daemon.url}?scenario=rigid/pyramid`);
-  await page.locator('#to-tradeoff').click();
-  await reads(title(page), /Speed against error: Contact solvers/);
-  assert.equal(await page.locator('[data-family]').count(), 8);
-  await page.locator('#tradeoff-duration').fill('0.5');
-  await page.locator('#measure').click();
-  await page.locator('[data-state="running"] progress').waitFor();
-  await page.locator('[data-state="running"]').waitFor({ state: 'detached' });
-  await page.locator('.winners').nth(1).waitFor();
-  const at = await hash(page),
-    job = /^#tradeoff=contact_solvers&job=([a-z2-7]{26})$/.exec(at)?.[1];
-  assert.ok(job, at);
-  const { answer } = await (await fetch(`${daemon.url}api/v1/tradeoffs/${job}`)).json();
+/** What ships of a family. @param {string} family */
+const shipped = (family) =>
+  shippedRows(family, readFileSync(`${MEASURED}/${family}.csv`, 'utf8'), readFileSync(`${MEASURED}/winners.csv`, 'utf8'));
 
-  // plots and choices are those of the answer
-  assert.equal(await page.locator('#tradeoff-cost').inputValue(), 'passes_per_s', 'work before time');
-  assert.equal(await page.locator('.noisy').count(), 0);
-  for (const n of [1, 0]) {
-    await page.locator(`#tradeoff-${n}`).scrollIntoViewIfNeeded();
-    await until(async () => (await ink(page, n)) > 300, `plot ${n}`);
-  }
-  for (const n of [0, 1]) {
-    const wanted = answer.choices.filter((one) => one.problem === n && one.cost === 1);
-    assert.equal(wanted.length, 3);
-    const rows = page.locator('.winners').nth(n).locator('tbody tr');
-    assert.deepEqual(
-      await rows.evaluateAll((all) => all.map((row) => row.dataset.outcome)),
-      wanted.map(({ outcome }) => outcome),
-    );
-    for (const [i, { row }] of wanted.entries()) {
-      const link = new URL(await rows.nth(i).locator('a').getAttribute('href'), daemon.url);
-      assert.equal(link.search, answer.rows[row].link);
+test('the cheapest is that of the winners, at each of their levels', () => {
+  let count = 0;
+  for (const family of FAMILIES) {
+    const { rows, choices } = shipped(family);
+    for (const { problem, cost, level, row } of choices) {
+      const points = pointsOf(/** @type {any} */ (rows), problem, cost),
+        best = cheapest(points, { cost: Number.POSITIVE_INFINITY, error: level });
+      assert.ok(best && row !== null, `${family} ${level}`);
+      /* the file has six digits: those that cost the same by them may take each other's place */
+      const wanted = points.find(({ index }) => index === row),
+        ties = points.filter((one) => one.cost === wanted?.cost && (one.errors[2] ?? 0) <= level);
+      assert.equal(best.cost, wanted?.cost, `${family} ${problem} ${cost} ${level}`);
+      assert.ok(ties.length > 1 || best.index === row, `${family} ${problem} ${cost} ${level}: ${rows[best.index]?.method}`);
+      count++;
+      /* a line of cost just below it leaves nothing so cheap */
+      if (best.cost > 0) assert.equal(cheapest(points, { cost: best.cost * 0.999, error: level }), undefined);
     }
   }
-  await shot(page, 'desktop');
+  assert.equal(count, 123);
+});
+
+test('what is compared: the rival, what it needs, what its budget buys, what is nearest', () => {
+  const { rows } = shipped('integrators'),
+    list = /** @type {any[]} */ (rows),
+    points = pointsOf(list, 0, 1);
+  const lines = { cost: 5000, error: 0.018 },
+    winner = /** @type {any} */ (cheapest(points, lines));
+  assert.equal(winner.method, 'dop853');
+  assert.equal(rivalOf(points, ['rk4', 'dop853'], winner, lines, ['rk4']), 'rk4');
+  assert.equal(needed(points, 'rk4', 0.018)?.cost, 32768);
+  assert.equal(list[tried(list, points, 0, 1, 'rk4', 5000)].costs[1][0], 4096);
+  /* a method that comes to no end within the budget is shown so; one that cannot be paid at all by its cheapest */
+  const stiff = pointsOf(list, 1, 1),
+    lost = list[tried(list, stiff, 1, 1, 'rk4', 5000)];
+  assert.equal(lost.error[0], null);
+  assert.ok(lost.costs[1][0] <= 5000);
+  assert.ok(list[tried(list, points, 0, 1, 'dop853', 10)].costs[1][0] > 10);
+  /* nothing is within both lines: the fewest decades beyond them */
+  assert.equal(cheapest(points, { cost: 100, error: 1e-9 }), undefined);
+  assert.equal(nearest(points, { cost: 2500, error: 1e-10 })?.method, 'taylor');
+  /* lines at first: one is within both, the rival is not */
+  const first = opening(points, [0.018], ['rk4', 'dop853'], ['rk4']);
+  assert.deepEqual(first, { cost: 5000, error: 0.018 });
+});
+
+test('what is measured here takes the place of the same setting; times of two machines do not mix', () => {
+  const { rows } = shipped('contact_solvers'),
+    list = /** @type {any[]} */ (rows),
+    [one] = list,
+    here = { ...one, costs: [[9, 9, 9], one.costs[1]] };
+  const work = merged(list, [here], false),
+    times = merged(list, [here], true);
+  assert.equal(work.length, list.length);
+  assert.equal(work.filter((row) => row.here).length, 1);
+  assert.equal(work.filter((row) => row.problem === one.problem && row.method === one.method && row.value === one.value).length, 1);
+  assert.equal(times.filter((row) => row.problem === one.problem).length, 1, 'of that problem what was measured here alone');
+  assert.ok(times.filter((row) => row.problem !== one.problem).length > 0);
+});
+
+test('orbits: filled at once, handles by keys and by dragging, the sentence and the runs follow, an address keeps them', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#tradeoff`, { wait: false });
+  await reads(
+    sentence(page),
+    /Inside both lines the cheapest is\s*DOP 853: 0\.007 off for 969 evaluations\.\s*RK4 needs 32,768 evaluations: 34 times as much\./,
+  );
+  await opened(page);
+  const first = await facts(page);
+  assert.deepEqual(first.lines, { cost: 5000, error: 0.018 });
+  assert.equal(first.here, 0);
+  assert.match(await page.locator('#tradeoff-source').innerText(), /^Shipped numbers: laglab \w+, .+, .*20\d\d\.$/);
+  await until(async () => (await facts(page)).runs.every((run) => run?.state === 'done' && run.px > 0), 'both runs have ended');
+  const [own, other] = (await facts(page)).runs;
+  assert.match(decodeURIComponent(own.link), /"dop853"/);
+  assert.match(decodeURIComponent(other.link), /"rk4"/);
+  assert.ok(other.px >= SEEN_PX, `${other.px} px between RK4's planet and the true one`);
+  assert.equal(await page.locator('[data-run="0"] figcaption span').innerText(), '969: on it');
+  await settles(sessions, 0, 'a run that has ended is freed');
+  await shot(page, 'orbits');
   assert.deepEqual(await axe(page), []);
 
-  // the processor time comes with a warning, and is in the address
-  const inked = await ink(page, 0);
-  await page.locator('#tradeoff-cost').selectOption('cpu_s');
-  await reads(page.locator('.noisy'), /while it serves others/);
-  assert.equal(await hash(page), `#tradeoff=contact_solvers&cost=cpu_s&job=${job}`);
-  await page.locator('#tradeoff-cost').selectOption('passes_per_s');
+  // by keys: the budget shrinks until nothing is within both
+  await handle(page, 'budget').focus();
+  assert.match((await handle(page, 'budget').getAttribute('aria-valuetext')) ?? '', /^my budget: 5,000\. DOP 853/);
+  await page.keyboard.press('PageDown');
+  await page.keyboard.press('PageDown');
+  await reads(sentence(page), /Nothing is both cheap and good enough\.\s*\S.* comes nearest/);
+  await until(async () => (await facts(page)).ring === null, 'there is no ring');
+  await page.keyboard.press('PageUp');
+  await page.keyboard.press('PageUp');
+  await reads(sentence(page), /DOP 853/);
 
-  // a method can be hidden
-  await until(async () => (await ink(page, 0)) === inked, 'the work again');
-  const first = page.locator('.problem').first();
-  await first.locator('.key button').first().click();
-  await until(async () => (await ink(page, 0)) < inked, 'one method less');
-  await first.locator('.key button').first().click();
+  // dragged: good enough goes down, another is the cheapest, and runs
+  const box = /** @type {any} */ (await handle(page, 'enough').boundingBox());
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2, box.y + 130, { steps: 4 });
+  await page.mouse.up();
+  await until(async () => (await facts(page)).lines.error < 1e-4, 'good enough has moved');
+  const second = await facts(page);
+  const all = pointsOf(/** @type {any} */ (shipped('integrators').rows), 0, 1);
+  assert.equal(second.winner.method, shipped('integrators').rows[/** @type {any} */ (cheapest(all, second.lines)).index]?.method);
+  assert.notEqual(second.winner.value, first.winner.value);
+  await until(async () => (await facts(page)).runs[0]?.link === second.winner.link, 'what is the cheapest now runs');
+  await until(async () => /&budget=.*&enough=/.test(await hash(page)), 'the address has them');
+  await page.reload();
+  await opened(page);
+  assert.deepEqual((await facts(page)).lines, second.lines);
 
-  // every row with every cost as CSV
+  // a name: that line alone is dark; every method
+  const name = page.locator('.end[data-method="rk4"]');
+  await name.click();
+  assert.equal(await name.getAttribute('aria-pressed'), 'true');
+  await name.click();
+  const few = (await facts(page)).points;
+  await page.locator('#all-methods').click();
+  await until(async () => (await facts(page)).points > 3 * few, 'all methods');
+  assert.ok((await page.locator('.work .key button').count()) > 30);
+  await page.locator('#all-methods').click();
+
+  // the same in tables, and as a file
+  await page.locator('#tables').click();
+  assert.equal(await page.locator('.winners tbody tr').count(), 3);
   const [file] = await Promise.all([page.waitForEvent('download'), page.locator('#csv').click()]);
   const lines = (await bytesOf(file)).toString().trim().split('\r\n');
-  assert.equal(lines.length, 1 + answer.rows.length * answer.costs.length);
+  assert.equal(lines.length, 1 + shipped('integrators').rows.length * 2);
   assert.equal(lines[0].split(',').length, 27);
-  assert.ok(lines[1].startsWith(`contact_solvers,rigid/column,solver.method,${answer.rows[0].method},solver.substeps,`));
 
-  // by keys: the plot is read, and a point opened with exactly its settings
-  await first.locator('.view').focus();
-  for (const press of ['ArrowRight', 'ArrowRight', 'ArrowRight']) await page.keyboard.press(press);
-  const spoken = await reads(first.locator('output'), /Substeps \d+.*Sag of a column/);
-  const substeps = Number(/Substeps (\d+)/.exec(spoken)?.[1]);
-  const href = await first.locator('.looked a').getAttribute('href');
-  await first.locator('.view').focus();
-  await page.keyboard.press('Enter');
-  await page.waitForFunction(() => globalThis.laglab().params?.scene === 'column');
-  const params = await paramsOf(page);
-  assert.equal(params.solver.substeps, substeps);
-  assert.equal(params.solver.method, /solver\.method:(\w+)/.exec(decodeURIComponent(href ?? ''))?.[1]);
-  assert.equal(params.duration_s, 0.5);
-  assert.match(page.url(), /\?scenario=rigid\/column&set=/);
-
-  // Back and reload have the results; a family of its own has none; the first measurement is found again
+  // the run opens in its lab; Back returns, and of the runs nothing is left on the daemon
+  await page.locator('.live .main').click();
+  await page.waitForFunction(() => globalThis.laglab().params?.problem === 'kepler');
+  assert.equal((await paramsOf(page)).methods[0].method, second.winner.method);
   await page.goBack();
-  await page.locator('.winners').nth(1).waitFor();
-  await page.reload();
-  await page.locator('.winners').nth(1).waitFor();
-  assert.match(await hash(page), new RegExp(`job=${job}`));
-  await page.locator('[data-family="snapshots"]').click();
-  await reads(title(page), /Snapshots/);
-  assert.equal(await page.locator('.winners').count(), 0);
-  await page.goBack();
-  await reads(title(page), /Contact solvers/);
-  await page.locator('.winners').nth(1).waitFor();
-  await page.locator('details summary').first().click();
-  await settles(() => page.locator('details table tbody tr').count(), answer.rows.filter((row) => row.problem === 0).length);
+  await opened(page);
+  await page.getByRole('button', { name: 'Questions' }).click();
+  await settles(sessions, 1, 'the session of the lab is left alone');
   assert.deepEqual(complaints, []);
-  await context.close();
+  await close();
+});
 
-  // the same measurement by its address, in German, dark, on a phone
-  const phone = await visit(browser, `${daemon.url}?theme=dark&lang=de#tradeoff=contact_solvers&job=${job}`, {
+test('every family opens on a finished answer, with a ring, and two runs that differ', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#tradeoff`, { wait: false });
+  for (const family of FAMILIES) {
+    await page.locator(`[data-family="${family}"]`).click();
+    await until(async () => (await facts(page))?.family === family && (await facts(page)).ring !== null, family);
+    const { ring, rivalAt, rival, winner } = await facts(page);
+    assert.ok(winner && rival, family);
+    assert.ok(apart(ring, rivalAt) >= SEEN_PX, `${family}: ring and rival are ${apart(ring, rivalAt)} px apart`);
+    await until(async () => (await facts(page)).runs.every((run) => run && ['running', 'done'].includes(run.state)), `${family}: both run`);
+    await until(
+      async () => (await facts(page)).runs.every(({ px, factor }) => factor !== 1 || px === 0 || px >= SEEN_PX),
+      `${family}: what is compared is seen`,
+    );
+    await shot(page, family);
+  }
+  assert.equal(await page.getByText(/No runs yet|not measured|Nothing has been measured/).count(), 0);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('ring and rival, and the planet and where it truly is, are 40 px apart on four screens', async () => {
+  for (const [width, height] of [
+    [390, 844],
+    [1024, 768],
+    [1920, 1080],
+  ]) {
+    const { page, close } = await visit(browser, `${daemon.url}#tradeoff`, { wait: false, width, height });
+    await opened(page);
+    const { ring, rivalAt } = await facts(page);
+    assert.ok(apart(ring, rivalAt) >= SEEN_PX, `${width}: ${apart(ring, rivalAt)} px`);
+    await page.locator('#live-1').scrollIntoViewIfNeeded();
+    await until(async () => (await facts(page)).runs[1]?.state === 'done' && (await facts(page)).runs[1].px > 0, 'the run has ended');
+    const { px } = (await facts(page)).runs[1];
+    assert.ok(px >= SEEN_PX, `${width}: ${px} px`);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width);
+    await shot(page, `${width}`);
+    await close();
+  }
+});
+
+test('in German, dark, on a phone: by thumb, without a word of English', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?theme=dark&lang=de#tradeoff=synchronisation`, {
     width: 390,
     height: 844,
     hasTouch: true,
     scripts: [hearCanvases],
     wait: false,
   });
-  await phone.page.locator('.winners').nth(1).waitFor();
-  await phone.page.locator('#tradeoff-0').scrollIntoViewIfNeeded();
-  await until(async () => (await ink(phone.page, 0)) > 300, 'a plot on the phone');
-  assert.equal(await phone.page.evaluate(() => document.documentElement.scrollWidth), 390);
-  assert.deepEqual(await axe(phone.page), []);
-  await shot(phone.page, 'phone-dark');
-  await phone.page.locator('.problem').first().scrollIntoViewIfNeeded();
-  await phone.page.locator('.problem .view').first().scrollIntoViewIfNeeded();
-  await shot(phone.page, 'phone-dark-plot');
-  await phone.page.locator('.winners').first().scrollIntoViewIfNeeded();
-  await shot(phone.page, 'phone-dark-choices');
-  const texts = await textsOn(phone.page);
-  assert.ok(texts.some((text) => text.includes('Einsinken einer Säule')));
-  const given = new Set(['rigid/column', 'rigid/pyramid', 'laglab']);
+  await reads(sentence(page), /In beiden Grenzen ist am billigsten/);
+  await opened(page);
+  const box = /** @type {any} */ (await handle(page, 'budget').boundingBox());
+  assert.ok(box.width >= 44 && box.height >= 44, 'a thumb takes it');
+  assert.ok(box.y + box.height < 844, 'it is on the screen');
+  await until(async () => (await facts(page)).runs[0]?.state === 'running', 'it runs');
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390);
+  assert.deepEqual(await axe(page), []);
+  await shot(page, 'phone-dark');
+  const given = new Set(['laglab', 'lockstep']);
   assert.deepEqual(
-    texts.map((text) => englishIn(text, given)).filter((why) => why !== ''),
+    (await textsOn(page)).map((text) => englishIn(text, given)).filter((why) => why !== ''),
     [],
   );
-  assert.deepEqual(phone.complaints, []);
-  await phone.close();
-  await close();
-});
-
-test('from the first page: a measurement goes on while another family is shown, and is cancelled', async () => {
-  const { page, complaints, close } = await visit(browser, daemon.url, { wait: false });
-  await page.locator('.door a[href="#tradeoff"]').click();
-  await reads(title(page), /Integrators/);
-  await page.locator('[data-family="synchronisation"]').click();
-  await reads(title(page), /Synchronisation/);
-  await page.locator('#tradeoff-seeds').selectOption('100');
-  await page.locator('#measure').click();
-  await page.locator('#cancel').waitFor();
-  const progress = page.locator('#tradeoff-progress');
-  await page.locator('[data-family="integrators"]').click();
-  await reads(title(page), /Integrators/);
-  assert.equal(await page.locator('#cancel').count(), 0);
-  await page.goBack();
-  const doneOf = async () => Number(/^(\d+) of 70 steps/.exec((await progress.count()) ? await progress.innerText() : '')?.[1] ?? 0);
-  await until(async () => (await doneOf()) > 1, 'progress');
-  await page.locator('#cancel').click();
-  await reads(page.locator('.ended'), /was cancelled/);
-  await until(
-    async () => /^laglab_tasks_running 0$/m.test(await (await fetch(`${daemon.url}metrics`)).text()),
-    'the daemon has stopped it',
-  );
-  for (let i = 0; i < 4; i++) {
-    if ((await page.locator('.door').count()) > 0) break;
-    await page.goBack();
-    await refreshes(page, 6);
-  }
-  await page.locator('.door a[href="#tradeoff"]').waitFor();
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('labs lead to their own families, and a wrong request says why', async () => {
+test('labs lead to their own families', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/pendulum`);
   for (const [scenario, family] of [
     ['motion/pendulum', 'integrators'],
@@ -210,14 +277,5 @@ test('labs lead to their own families, and a wrong request says why', async () =
     await page.locator('#to-tradeoff').click();
     await until(async () => (await hash(page)).startsWith(`#tradeoff=${family}`), `${scenario} leads to ${family}: ${await hash(page)}`);
   }
-  await page.locator('#tradeoff-duration').waitFor();
-  await page.evaluate(() => {
-    const field = /** @type {HTMLInputElement} */ (document.getElementById('tradeoff-duration'));
-    field.removeAttribute('max');
-    field.value = '5000';
-    field.dispatchEvent(new Event('input', { bubbles: true }));
-  });
-  await page.locator('#measure').click();
-  await reads(page.locator('.note'), /duration_s|0\.05 to 1000/);
   await close();
 });

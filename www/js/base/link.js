@@ -27,7 +27,7 @@ export function toValue(text) {
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
 
-/** Speed against error: `#tradeoff=FAMILY&cost=PATH&job=ID`. @param {string} hash @returns {string | null} all of it */
+/** Speed against error: `#tradeoff=FAMILY&error=N&cost=PATH&budget=X&enough=Y`. @param {string} hash @returns {string | null} all of it */
 export const readTradeoff = (hash) => (/^#tradeoff(?:[=&]|$)/.test(hash) ? hash : null);
 
 /** @param {string} hash @returns {string | null} empty also for speed against error, which shows no session either */

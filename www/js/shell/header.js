@@ -5,7 +5,7 @@ import { part } from '../base/api.js';
 import { fixed } from '../base/format.js';
 import { headOf } from '../stream/frame.js';
 import { labs, tabOf } from '../session/labs.js';
-import { choose, fork, openExperiments, openLesson, shownScenario } from '../session/session.js';
+import { choose, fork, openExperiments, openLesson, openTradeoff, shownScenario } from '../session/session.js';
 import {
   FRAME_HZ,
   behind,
@@ -76,6 +76,8 @@ function tabs() {
       }),
     )}${tab(t('session.experiments'), inExperiments, () => {
     if (!inExperiments) openExperiments(lastExperiment);
+  })}${tab(t('session.tradeoff'), tradeoff.value !== null, () => {
+    if (tradeoff.value === null) openTradeoff('#tradeoff', true);
   })}</nav>`;
 }
 
@@ -83,6 +85,7 @@ function tabs() {
 effect(() => {
   layout.value?.game;
   experiment.value;
+  tradeoff.value;
   lesson.value;
   (globalThis.requestIdleCallback ?? setTimeout)(() => {
     const current = document.querySelector('.lab[aria-current="page"]'),

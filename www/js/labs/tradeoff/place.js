@@ -1,19 +1,33 @@
-// Where the view is: a family, a cost, a measurement, as the address has them.
+// Where the view is: a family, which of its errors, a cost, the two lines, as the address has them.
 import { computed } from '../../../vendor/signals-core.js';
 import { showAddress } from '../../session/params.js';
 import { tradeoff } from '../../session/state.js';
 
-/** Each is empty where the address has none; cost: its path; job: an id. @typedef {{family: string, cost: string, job: string}} Place */
+/** Empty or null where the address has none. error: its place in the family; cost: its path; budget, enough: where the lines are
+ * @typedef {{family: string, error: number, cost: string, budget: number | null, enough: number | null}} Place */
 
 /** @param {Place} at @returns {string} the fragment */
-export const write = ({ family, cost, job }) => `#tradeoff${family && `=${family}`}${cost && `&cost=${cost}`}${job && `&job=${job}`}`;
+export function write({ family, error, cost, budget, enough }) {
+  const parts = [
+    `#tradeoff${family && `=${family}`}`,
+    error > 0 ? `error=${error}` : '',
+    cost && `cost=${cost}`,
+    budget === null ? '' : `budget=${budget}`,
+    enough === null ? '' : `enough=${enough}`,
+  ];
+  return parts.filter((part) => part !== '').join('&');
+}
 
-/** Null while something else is shown. */
+/** Null while something else is shown. @type {import('@preact/signals-core').ReadonlySignal<Place | null>} */
 export const place = computed(() => {
   if (tradeoff.value === null) return null;
   const fragment = new URLSearchParams(tradeoff.value.slice(1));
   const part = (/** @type {string} */ name) => /^[a-z0-9_.]{1,64}$/.exec(fragment.get(name) ?? '')?.[0] ?? '';
-  return { family: part('tradeoff'), cost: part('cost'), job: part('job') };
+  const number = (/** @type {string} */ name) => {
+    const value = Number.parseFloat(fragment.get(name) ?? '');
+    return Number.isFinite(value) && value >= 0 ? value : null;
+  };
+  return { family: part('tradeoff'), error: number('error') ?? 0, cost: part('cost'), budget: number('budget'), enough: number('enough') };
 });
 
 /** Another place, in the address too, without a step of the browser's history. @param {Partial<Place>} change */
