@@ -114,14 +114,14 @@ const rounded = (value) => Math.round(value * 10) / 10 + 0;
 
 /** @param {ReturnType<typeof engine>} asked @param {any} lesson @returns {(tick: number) => Row} */
 function traceOf(asked, lesson) {
-  const { columns, ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
+  const { columns, ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed, lesson.workload).trace();
   return (tick) => (name) => Number(ticks.get(tick)?.[columns.indexOf(name)]);
 }
 
 /** The same of the bodies at the end of a run that ends at the tick. @param {ReturnType<typeof engine>} asked @param {any} lesson
  * @returns {(tick: number) => Row} */
 function bodiesOf(asked, lesson) {
-  const { hz } = asked.run(lesson.scenario, lesson.set, lesson.seed).scenario;
+  const { hz } = asked.run(lesson.scenario, lesson.set, lesson.seed, lesson.workload).scenario;
   return (tick) => {
     const { bodies } = asked.run(lesson.scenario, { ...lesson.set, duration_s: tick / hz }, lesson.seed).metrics;
     return (name) => {

@@ -21,9 +21,11 @@ const NAME_WITH_DIGITS = /\p{L}\d+/gu; // RK4, AABB2
 
 /** @typedef {{metric?: string, trace?: string, tick?: number, since?: number, setting?: string, record?: string,
  *   where?: Record<string, string>, column?: string, per?: number, scale?: number,
- *   minus?: Measure, scenario?: string, set?: Record<string, any>, changed?: true}} Measure */
+ *   way?: 'there' | 'wait' | 'back' | 'frame', minus?: Measure, scenario?: string, set?: Record<string, any>, changed?: true}} Measure */
 /** @typedef {{metrics: any, scenario: any, trace: () => {ticks: Map<number, string[]>, columns: string[]},
  *   record: (name: string) => Record<string, string>[]}} Run */
+
+/** @typedef {{inputs: {tick: number, player: number, axes: number[]}[]}} Workload */
 
 /** Ids of the lessons of the library. */
 export const lessonIds = () =>
@@ -41,24 +43,65 @@ function rowsOf(text) {
   return rows.map((row) => Object.fromEntries(row.split(',').map((cell, i) => [columns[i], cell])));
 }
 
+const ALMOST_S = 1e-3;
+
+/** The way of the last input of a workload: to the server, its wait for the next update, the way back, and the wait for the next frame of the
+ * player's own screen, ms. @param {Run} run @param {Workload | undefined} workload @param {string} part */
+function wayOf(run, workload, part) {
+  const pressed = workload?.inputs.at(-1);
+  if (!pressed) throw new Error(`way: ${part} needs a workload`);
+  const events = run
+    .record('events')
+    .filter(({ player }) => Number(player) === pressed.player)
+    .map(({ type, begin_s: begin, end_s: end }) => ({ type, begin: Number(begin), end: Number(end) }));
+  const from = (pressed.tick + 0.5) / run.scenario.tick_hz,
+    input = events.find(({ type, begin }) => type === 'input' && begin > from),
+    shown = (input?.begin ?? 0) + run.metrics.players[pressed.player].input_latency_ms.max / 1000;
+  const frame = events.find(({ type, begin }) => type === 'display' && begin > shown - ALMOST_S),
+    state = events.findLast(({ type, end }) => type === 'state' && end <= (frame?.begin ?? 0));
+  if (!input || !state || !frame) throw new Error('way: the last input of the workload is on no screen');
+  const parts = {
+    there: input.end - input.begin,
+    wait: state.begin - input.end,
+    back: state.end - state.begin,
+    frame: frame.begin - state.end,
+  };
+  return 1000 * parts[/** @type {keyof typeof parts} */ (part)];
+}
+
 /** Runs scenarios, each set of parameters once. @param {string} binary */
 export function engine(binary) {
   /** @type {Map<string, Run>} */
   const runs = new Map();
-  /** @param {string} scenario @param {Record<string, any>} set @param {number} seed @returns {Run} */
-  function run(scenario, set, seed) {
-    const key = JSON.stringify([scenario, Object.entries(set).sort(), seed]);
+  /** @param {string} scenario @param {Record<string, any>} set @param {number} seed @param {Workload} [workload] @returns {Run} */
+  function run(scenario, set, seed, workload) {
+    const key = JSON.stringify([scenario, Object.entries(set).sort(), seed, workload]);
     const known = runs.get(key);
     if (known) return known;
     const folder = mkdtempSync(path.join(tmpdir(), 'laglab-lesson-'));
     try {
       const settings = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
-      const ran = (/** @type {string[]} */ ...files) =>
-        execFileSync(binary, ['run', scenario, '--seed', String(seed), ...settings, ...files], {
+      const order = (/** @type {string[]} */ ...more) =>
+        execFileSync(binary, ['run', scenario, '--seed', String(seed), ...settings, ...more], {
           encoding: 'utf8',
           maxBuffer: 1 << 28,
           stdio: ['ignore', 'pipe', 'pipe'],
         });
+      /** @param {string[]} files */
+      const ran = (...files) => {
+        if (!workload) return order(...files);
+        const own = mkdtempSync(path.join(tmpdir(), 'laglab-lesson-')),
+          log = path.join(own, 'inputs');
+        try {
+          order('--record-inputs', log);
+          const [head, ...lines] = readFileSync(log, 'utf8').trim().split('\n');
+          const inputs = workload.inputs.map((one) => JSON.stringify({ op: 'input', ...one }));
+          writeFileSync(log, [head, ...inputs, lines.at(-1)].join('\n'));
+          return order('--workload', log, ...files);
+        } finally {
+          rmSync(own, { recursive: true });
+        }
+      };
       const text = ran('--trace', path.join(folder, 'trace.csv'), '--log', path.join(folder, 'log'));
       const table = readFileSync(path.join(folder, 'trace.csv'), 'utf8').trim().split('\n');
       const log = readFileSync(path.join(folder, 'log'), 'utf8');
@@ -104,7 +147,7 @@ const at = (/** @type {any} */ tree, /** @type {string} */ where) => where.split
  * @param {ReturnType<typeof engine>} asked */
 export function measure(lesson, what, asked) {
   const set = { ...(what.scenario ? {} : lesson.set), ...(what.changed ? lesson.change.set : {}), ...what.set };
-  const run = asked.run(what.scenario ?? lesson.scenario, set, lesson.seed);
+  const run = asked.run(what.scenario ?? lesson.scenario, set, lesson.seed, what.scenario ? undefined : lesson.workload);
   let value;
   if (what.trace !== undefined) {
     const { columns, ticks } = run.trace();
@@ -126,7 +169,8 @@ export function measure(lesson, what, asked) {
     const cell = rows[0]?.[what.column ?? ''];
     if (cell === undefined) throw new Error(`${what.record} has no column ${what.column}`);
     value = cell === '' ? Number.NaN : Number(cell);
-  } else if (what.metric !== undefined) value = at(run.metrics, what.metric);
+  } else if (what.way !== undefined) value = wayOf(run, lesson.workload, what.way);
+  else if (what.metric !== undefined) value = at(run.metrics, what.metric);
   else value = at(run.scenario, what.setting ?? '');
   if (typeof value !== 'number' || !Number.isFinite(value)) {
     const name = what.trace ?? what.column ?? what.metric ?? what.setting;
@@ -158,7 +202,7 @@ export function schemaProblems(lesson) {
     if (keyword === 'additionalProperties' || keyword === 'unevaluatedProperties')
       return `${where}: ${params.additionalProperty ?? params.unevaluatedProperty} is unknown`;
     if (keyword === 'enum') return `${where}: must be one of ${params.allowedValues.join(', ')}`;
-    if (keyword === 'oneOf') return `${where}: must name one of metric, trace with tick, record with tick and column, setting`;
+    if (keyword === 'oneOf') return `${where}: must name one of metric, trace with tick, record with tick and column, setting, way`;
     return `${where}: ${message}`;
   });
   return [...new Set(said)];
@@ -293,7 +337,9 @@ function controlProblems(lesson, asked) {
     const set = step === 'change' ? { ...lesson.set, ...lesson.change.set } : lesson.set;
     for (const name of /** @type {string[]} */ (names).filter((one) => !others.includes(one)))
       try {
-        if (!['number', 'boolean', 'string'].includes(typeof at(asked.run(lesson.scenario, set, lesson.seed).scenario, name)))
+        if (
+          !['number', 'boolean', 'string'].includes(typeof at(asked.run(lesson.scenario, set, lesson.seed, lesson.workload).scenario, name))
+        )
           found.push(`controls.${step}: there is no control ${name}`);
       } catch (error) {
         found.push(`controls.${step}: ${reason(error)}`);
@@ -329,6 +375,15 @@ function momentProblems(lesson, asked) {
   return found;
 }
 
+/** The parts of its time line are numbers, and together they are the answer. @param {any} lesson @returns {string[]} */
+function lineProblems(lesson) {
+  const names = /** @type {string[]} */ (lesson.line ?? []),
+    unknown = names.filter((name) => !(name in lesson.numbers));
+  if (names.length === 0 || unknown.length > 0) return unknown.map((name) => `line: ${name} is not among numbers`);
+  const sum = names.reduce((total, name) => total + lesson.numbers[name].value, 0);
+  return sum === lesson.answer.value ? [] : [`line: its parts are ${sum} together; the answer is ${lesson.answer.value}`];
+}
+
 /** Everything that is wrong with a lesson, a sentence each. @param {any} lesson @param {ReturnType<typeof engine>} asked
  * @returns {string[]} */
 export function problems(lesson, asked) {
@@ -339,11 +394,19 @@ export function problems(lesson, asked) {
     ...answerProblems(lesson, asked),
     ...numberProblems(lesson, asked),
     ...controlProblems(lesson, asked),
+    ...lineProblems(lesson),
     ...momentProblems(lesson, asked),
   ];
   try {
-    const { ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed).trace();
-    if (!ticks.has(lesson.stop_tick)) found.push(`stop_tick: the run has no tick ${lesson.stop_tick}`);
+    const { ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed, lesson.workload).trace(),
+      start = lesson.start_tick ?? 0;
+    for (const [where, tick] of [
+      ['start_tick', start],
+      ['stop_tick', lesson.stop_tick],
+      ['change.stop_tick', lesson.change.stop_tick ?? lesson.stop_tick],
+    ])
+      if (!ticks.has(tick)) found.push(`${where}: the run has no tick ${tick}`);
+    if (start >= lesson.stop_tick) found.push(`start_tick: ${start} is not before stop_tick, ${lesson.stop_tick}`);
   } catch (error) {
     found.push(`scenario: ${reason(error)}`);
   }

@@ -152,7 +152,7 @@ const BROKEN = [
   [
     'a measure of two kinds',
     (l) => (l.answer.setting = 'duration_s'),
-    /^answer: must name one of metric, trace with tick, record with tick and column, setting$/,
+    /^answer: must name one of metric, trace with tick, record with tick and column, setting, way$/,
   ],
 ];
 

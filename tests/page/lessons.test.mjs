@@ -87,10 +87,10 @@ test('one click opens a question, paused at its start; Back returns to the quest
   await ready(page);
   await reads(async () => page.url(), /#lesson=late_answer&step=1/);
   await settles(() => page.locator('#lesson-step').textContent(), LATE.title.en);
-  await settles(() => tickOf(page), 0);
+  await settles(() => tickOf(page), LATE.start_tick);
   const now = await paramsOf(page);
   assert.equal(now.players[0].prediction, false);
-  assert.equal(now.duration_s, 20);
+  assert.equal(now.duration_s, LATE.set.duration_s);
   const { id } = await sessionOf(page);
   await page.goBack();
   await page.locator('.card').nth(9).waitFor();
@@ -145,7 +145,7 @@ test('Play is locked until a choice is made; then it stops on the tick, and the 
   await reads(page.locator('.bar .held'), /Answer first/);
   await page.keyboard.press('Space');
   await refreshes(page);
-  assert.equal(await tickOf(page), 0, 'no key plays');
+  assert.equal(await tickOf(page), LATE.start_tick, 'no key plays');
   await page.keyboard.press('2');
   await settles(() => page.locator('.option input').nth(1).isChecked(), true);
   await settles(() => play(page).isDisabled(), false);
@@ -164,10 +164,10 @@ test('Play is locked until a choice is made; then it stops on the tick, and the 
   await reads(page.locator('.pair dd').first(), /^150 ms$/);
   await settles(() => page.locator('.why').innerText(), LATE.choices[1].why.en);
   const claimed = Number.parseFloat(await reads(page.locator('#answer'), /\d/));
-  await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: 20 }, key);
+  await api(daemon.url, `sessions/${id}/control`, { op: 'seek', time_s: LATE.set.duration_s }, key);
   const measured = await until(async () => {
     const { body } = await api(daemon.url, `sessions/${id}/metrics`);
-    return body.time_s >= 20 && body.metrics.players[0].input_latency_ms.mean;
+    return body.time_s >= LATE.set.duration_s && body.metrics.players[0].input_latency_ms.mean;
   }, 'the end of the run');
   assert.ok(Math.abs(claimed - measured) < 1, `claimed ${claimed}, measured ${measured}`);
   assert.deepEqual(complaints, []);
@@ -230,8 +230,9 @@ const usable = (page) =>
   page.locator('.bar fieldset :is(button, select, input)').evaluateAll((all) => all.filter((one) => !one.matches(':disabled')).length);
 
 test('a step locks what it does not name: time bar, keys, settings, dialogs, driving; one button unlocks all', async () => {
-  const { page, complaints, close } = await open('late_answer', 3);
-  await until(async () => (await tickOf(page)) === LATE.stop_tick, 'the stop');
+  const past = lessonOf('in_the_past');
+  const { page, complaints, close } = await open('in_the_past', 3);
+  await until(async () => (await tickOf(page)) === past.stop_tick, 'the stop');
   assert.equal(await play(page).isDisabled(), true);
   assert.equal(await page.locator('#scrub').isDisabled(), false);
   assert.equal(await usable(page), 3, 'a tick back, a tick forward, the scrubber');
@@ -242,26 +243,26 @@ test('a step locks what it does not name: time bar, keys, settings, dialogs, dri
   await page.keyboard.press('ArrowRight');
   await refreshes(page);
   assert.deepEqual(await paramsOf(page), plain, 'no key changes a setting');
-  assert.equal(await tickOf(page), LATE.stop_tick, 'no key plays');
+  assert.equal(await tickOf(page), past.stop_tick, 'no key plays');
   assert.equal(await page.locator('#packet-title').count(), 0);
   assert.equal(await page.locator('section.row.lane').isHidden(), false, 'messages are shown as before');
   assert.equal(await page.locator('.caption').first().isDisabled(), true, 'no dialog of settings');
   assert.equal(await page.locator('main [data-path]:visible').count(), 0);
   await page.keyboard.press('.');
-  await until(async () => (await tickOf(page)) === LATE.stop_tick + 1, 'a step is left');
+  await until(async () => (await tickOf(page)) === past.stop_tick + 1, 'a step is left');
   await page.locator('#unlock').click();
   await page.getByText(WORDS.en['use.free']).waitFor();
   assert.equal(await play(page).isDisabled(), false);
   assert.ok((await page.locator('main [data-path]:visible').count()) > 10, 'the lab’s settings');
   await page.locator('#views').focus();
   await page.keyboard.press('1');
-  await until(async () => (await paramsOf(page)).players[0].prediction === true, 'the key works');
+  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'the key works');
   await page.locator('#unlock').click();
   await page.getByText(WORDS.en['use.locked']).waitFor();
   assert.equal(await play(page).isDisabled(), true);
   await page.locator('#rail .main').click();
   await current(page, 'Explain');
-  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'the next step has the lesson’s own settings');
+  await until(async () => (await paramsOf(page)).players[0].prediction === true, 'the next step has the lesson’s own settings');
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -285,14 +286,14 @@ test('unlocking frees a question, too, and holds until another lesson', async ()
 });
 
 test('the settings of the change stand in the rail: one of a run, and one that makes another run', async () => {
-  const { page, complaints, close } = await open('late_answer', 5);
-  const box = page.locator('#rail [data-path="players.0.prediction"]');
+  const { page, complaints, close } = await open('jump_back', 5);
+  const box = page.locator('#rail [data-path="players.0.reconciliation"]');
   await box.waitFor();
   assert.equal(await box.isChecked(), true);
   assert.notEqual(await box.getAttribute('data-lit'), null, 'it is highlighted');
   const first = await sessionOf(page);
   await box.uncheck();
-  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'without prediction');
+  await until(async () => (await paramsOf(page)).players[0].reconciliation === false, 'without reconciliation');
   assert.equal((await sessionOf(page)).id, first.id);
   await close();
   const other = await open('bullet_through', 5);
@@ -347,7 +348,10 @@ for (const some of [true, false])
           location.hash = hash;
         }, `lesson=${id}&step=5&lang=en`);
         await current(page, 'Change');
-        await until(async () => (await page.evaluate(() => globalThis.laglab().frame?.tick)) === 0, `${id} begins again`);
+        await until(
+          async () => (await page.evaluate(() => globalThis.laglab().frame?.tick)) === (lesson.start_tick ?? 0),
+          `${id} begins again`,
+        );
         for (const name of lesson.controls.change.filter((one) => !one.startsWith('time.'))) {
           await page.locator(`#rail [data-path="${name}"]`).first().waitFor();
           assert.equal(await page.locator(`#rail [data-path="${name}"]`).first().isEnabled(), true, `${id} ${name}`);
@@ -376,7 +380,7 @@ test('a step outlives a reload, with the answer that was given', async () => {
   await until(async () => (await tickOf(page)) === LATE.stop_tick, 'the tick');
   await page.locator('.steps button').first().click();
   await current(page, 'Predict');
-  await until(async () => (await tickOf(page)) === 0, 'the start');
+  await until(async () => (await tickOf(page)) === LATE.start_tick, 'the start');
   await close();
 });
 
@@ -395,7 +399,7 @@ test('German: the switch, the address, numbers and the language of the text', as
   await page.locator('.option').first().click();
   await page.locator('#lock-in').click();
   await current(page, WORDS.de['steps.observe']);
-  await reads(() => page.locator('#rail > p').first().textContent(), /0,3 cm/);
+  await reads(() => page.locator('#rail > p').first().textContent(), /16,6 m/);
   await page.getByRole('button', { name: 'EN, English' }).click();
   await current(page, 'Observe');
   await settles(() => tickOf(page), LATE.stop_tick, 'the session stays');

@@ -27,7 +27,8 @@ function onChange(event) {
   if (!(element instanceof HTMLInputElement || element instanceof HTMLSelectElement)) return;
   const path = element.dataset.path ?? '',
     row = rowOf(path);
-  if (row === null || (row.live && !stands(lesson.value?.step ?? 0))) return;
+  /* a change would end what players are to do, as a workload says */
+  if (row === null || (row.live && !opened.value?.workload && !stands(lesson.value?.step ?? 0))) return;
   event.stopPropagation();
   if (element instanceof HTMLSelectElement) remake(path, element.value);
   else if (element.type === 'checkbox') remake(path, element.checked);

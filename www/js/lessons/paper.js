@@ -5,7 +5,7 @@ import { writeLesson } from '../base/link.js';
 import { frame, layout, lesson, notify, session, theme } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { qr } from '../workbench/qr.js';
-import { STEPS, drawn, go, opened, printing, textOf } from './steps.js';
+import { STEPS, drawn, go, opened, printing, startOf, textOf } from './steps.js';
 import { amount, filled, language, word } from './words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -133,7 +133,7 @@ export async function print() {
     const tick = frame.value?.tick ?? 0;
     theme.value = 'light';
     const version = versionNow();
-    const [before, told] = [await imagesAt(0), await imagesAt(of.stop_tick)];
+    const [before, told] = [await imagesAt(startOf(of)), await imagesAt(of.stop_tick)];
     await Promise.all([styled, imagesAt(tick)]);
     box.lang = language.value;
     render(html`${pupils(of, before, await version)}${teachers(of, told, await version)}`, box);

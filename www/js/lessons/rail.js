@@ -82,9 +82,17 @@ function moments({ moments: all }) {
     aria-live="polite">${word('moments.at', { n: at + 1, of: ticks.length })}</span>${to(at + 1)}</div>`;
 }
 
+/** What was predicted, and what it was. @param {Lesson} of @returns {Template} */
+function answers(of) {
+  const right = of.choices.find((one) => one.right),
+    label = right?.label ? `${right.label[language.value]} ` : '';
+  return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
+      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${label}${amountOf(of.answer)}</dd></div></dl>`;
+}
+
 /** @param {Lesson} of @returns {Template} */
 function observe(of) {
-  return html`<p>${textOf(of, 3)}</p>${highlighted()}${moments(of)}
+  return html`${of.line ? answers(of) : nothing}<p>${textOf(of, 3)}</p>${highlighted()}${moments(of)}
     <button type="button" class="main" @click=${() => go(4)}>${word('steps.explain')}</button>`;
 }
 
@@ -93,11 +101,8 @@ const amountOf = ({ value, unit }) => amount(value, unit);
 
 /** @param {Lesson} of @returns {Template} */
 function explain(of) {
-  const right = of.choices.find((one) => one.right),
-    mine = of.choices[choice.value ?? SKIPPED] ?? right;
-  const label = right?.label ? `${right.label[language.value]} ` : '';
-  return html`<dl class="pair"><div><dt>${word('explain.said')}</dt><dd>${said(of)}</dd></div>
-      <div class="result"><dt>${word('explain.was')}</dt><dd id="answer">${label}${amountOf(of.answer)}</dd></div></dl>
+  const mine = of.choices[choice.value ?? SKIPPED] ?? of.choices.find((one) => one.right);
+  return html`${answers(of)}
     ${mine ? html`<p class="why">${filled(mine.why, of.numbers)}</p>` : nothing}
     <p>${textOf(of, 4)}</p>${highlighted()}${moments(of)}
     ${of.erratum ? html`<p class="faint" id="erratum"><b>${word('erratum')}</b> ${filled(of.erratum, of.numbers)}</p>` : nothing}

@@ -1,13 +1,30 @@
 // The steps of a lesson, and the session that each needs.
 import { batch, effect, signal, untracked } from '../../vendor/signals-core.js';
+import { call } from '../base/api.js';
 import { LESSON_STEPS } from '../base/link.js';
 import { speak } from '../session/announce.js';
 import { seen, showAddress } from '../session/params.js';
 import { showForLesson } from '../session/session.js';
 import { touch } from '../draw/redraw.js';
 import { shows } from '../draw/shown.js';
-import { allowed, camera, frame, held, lesson, look, may, notify, params, status, stopTick } from '../session/state.js';
+import {
+  allowed,
+  camera,
+  frame,
+  held,
+  lesson,
+  look,
+  may,
+  notify,
+  params,
+  session,
+  staged,
+  startTick,
+  status,
+  stopTick,
+} from '../session/state.js';
 import { control, play } from '../session/time.js';
+import { record } from './recorded.js';
 import { file, filled, ready, word } from './words.js';
 
 /** @typedef {import('./words.js').Text} Text */
@@ -18,10 +35,11 @@ import { file, filled, ready, word } from './words.js';
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
  * @typedef {{id: string, title: Text, erratum?: Text, order: number, scenario: string, set: Record<string, Value>, seed: number,
+ * workload?: {inputs: {tick: number, player: number, axes: number[]}[]}, start_tick?: number, line?: string[],
  * stop_tick: number, speed: number, look: {at: string, player?: number, before?: {number: string, text: Text}},
  * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
- *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer},
+ *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
  * hooks: string[], misconceptions: Text[]}} Lesson
  */
@@ -95,6 +113,7 @@ export function choose(next) {
 /** Where the session of a step stops. @param {Lesson} of @param {number} step */
 function stopOf(of, step) {
   const hz = Number(of.change.set.hz ?? 0);
+  if (step === CHANGE && of.change.stop_tick !== undefined) return of.change.stop_tick;
   return step === CHANGE && hz > 0 ? Math.round((of.stop_tick * hz) / plainHz) : of.stop_tick;
 }
 
@@ -135,6 +154,7 @@ function settle(step) {
 }
 
 const ARRIVAL_MS = 2000;
+const NARROW = 976; /* px: where steps are above the views, as in lessons.css */
 
 /** Until a frame of the tick is drawn: what follows from a tick must not follow from an older frame. @param {number} tick */
 export function drawn(tick) {
@@ -157,8 +177,19 @@ function begin(of, own) {
     set = { ...of.set, ...(wanted === 'changed' ? of.change.set : {}), ...own };
   given = own;
   patched = seen.patches;
-  return showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted);
+  return showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted, of.workload);
 }
+
+/** Moves the session, also while a question holds it. @param {number} tick */
+async function moveTo(tick) {
+  const now = session.value;
+  if (now === null) return;
+  await call('POST', `sessions/${now.id}/control`, { body: { op: 'seek', tick }, key: now.key });
+  await drawn(tick);
+}
+
+/** Where the run of a lesson begins. @param {Lesson} of */
+export const startOf = (of) => of.start_tick ?? 0;
 
 /** Whether a step stands at the stop. @param {number} step */
 export const stands = (step) => step === OBSERVE || step === OBSERVE + 1;
@@ -170,7 +201,9 @@ export async function remake(path, value) {
   if (now === null || variant === '' || !may(path)) return;
   try {
     await begin(now, { ...given, [path]: value });
-    if (stands(lesson.value?.step ?? 0)) await control({ op: 'seek', tick: now.stop_tick });
+    const goal = stands(lesson.value?.step ?? 0) ? now.stop_tick : startOf(now);
+    if (goal > 0) await moveTo(goal);
+    stage();
   } catch (error) {
     notify(error instanceof Error ? error.message : String(error), true);
   }
@@ -179,7 +212,7 @@ export async function remake(path, value) {
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
   const wanted = step === CHANGE ? 'changed' : 'plain',
-    goal = stands(step) ? of.stop_tick : 0;
+    goal = stands(step) ? of.stop_tick : startOf(of);
   let tick = frame.value?.tick ?? 0;
   const touched = Object.keys(given).length > 0 || seen.patches !== patched;
   if (variant !== wanted || touched) {
@@ -191,8 +224,7 @@ async function place(of, step) {
   } else if (status.value === 'playing') await control({ op: 'pause' });
   if (opened.value?.id !== of.id) return false;
   if (tick === goal) return true;
-  if ((await control({ op: 'seek', tick: goal })) === null) return false;
-  await drawn(goal);
+  await moveTo(goal);
   return opened.value?.id === of.id;
 }
 
@@ -216,6 +248,7 @@ async function prepared(of, step) {
 
 /** Runs to the stop; where motion is not wanted, it is there at once. */
 export async function run() {
+  if (innerWidth < NARROW) document.getElementById('views')?.scrollIntoView({ block: 'start' }); /* below the steps there */
   if (matchMedia('(prefers-reduced-motion: reduce)').matches) return jump();
   await play();
 }
@@ -270,6 +303,44 @@ async function arrive(at) {
   if (now !== null && (await prepared(now, at.step))) say(at.step);
 }
 
+const RECORDED_TICKS = 600; /* before the stop */
+let stagings = 0;
+
+/** What the lesson that is shown adds to the drawings: at once what is known, then its runs. */
+export async function stage() {
+  const now = opened.value,
+    mine = ++stagings;
+  if (now === null || now.camera === undefined) {
+    staged.value = null;
+    return;
+  }
+  const key = now.workload?.inputs.at(-1),
+    step = lesson.value?.step ?? 1,
+    to = stopOf(now, CHANGE);
+  const flags = key && now.answer.unit.en === 'ms' ? now.choices.map(({ value }) => value) : [];
+  const next = {
+    player: now.look.player ?? 0,
+    press: key ? key.tick + 1 : 0,
+    brake: (key?.axes[0] ?? 0) < 0,
+    first: staged.value?.first ?? null,
+    now: /** @type {import('../session/state.js').Recorded | null} */ (null),
+    flags: flags,
+    chosen: choice.value ?? SKIPPED,
+    plant: choose,
+    step,
+    line: (now.line ?? []).map((name) => now.numbers[name]?.value ?? 0),
+  };
+  staged.value = next;
+  try {
+    const from = Math.max(startOf(now), to - RECORDED_TICKS);
+    const first = await record(now, now.set, from, to),
+      second = step === CHANGE ? await record(now, { ...now.set, ...now.change.set, ...given }, from, to) : first;
+    if (mine === stagings) staged.value = { ...next, first, now: second };
+  } catch (error) {
+    if (mine === stagings) notify(error instanceof Error ? error.message : String(error));
+  }
+}
+
 /** What the sentence of a step is about. @param {Lesson} of @param {number} step @returns {import('../draw/shown.js').Shows | null} */
 function shownAt(of, step) {
   const one = step === CHANGE ? of.shows?.change : step > RUN ? of.shows?.observe : undefined;
@@ -297,6 +368,9 @@ export function listen() {
       now = opened.value;
     shows.value = at === null || now === null ? null : shownAt(now, at.step);
     camera.value = at === null ? null : (now?.camera ?? null);
+    startTick.value = at === null || now === null ? 0 : startOf(now);
+    choice.value; /* its flag */
+    untracked(() => void stage());
     touch();
   });
   effect(() => {

@@ -131,10 +131,10 @@ export function openLesson(at, step = false) {
 
 /** A session of the lesson's own, paused at its start. @param {string} scenario
  * @param {Record<string, import('../base/link.js').Value>} set @param {number} seed @param {number} speed
- * @param {() => boolean} wanted asked when it is made: whether it is still to be shown */
-export async function showForLesson(scenario, set, seed, speed, wanted) {
+ * @param {() => boolean} wanted asked when it is made: whether it is still to be shown @param {unknown} [workload] what players do */
+export async function showForLesson(scenario, set, seed, speed, wanted, workload) {
   Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
-  const made = await create({ paused: true, speed }),
+  const made = await create({ paused: true, speed, ...(workload ? { workload } : {}) }),
     next = { id: made.id, key: made.key, own: true };
   if (!wanted()) return drop(next);
   const before = session.value;

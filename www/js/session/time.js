@@ -3,7 +3,7 @@ import { headOf } from '../stream/frame.js';
 import { call, Problem } from '../base/api.js';
 import { link, slowOf } from './opening.js';
 import { reread, showAddress } from './params.js';
-import { behind, frame, lesson, locked, notify, session, speed, status, stopTick, usable } from './state.js';
+import { behind, frame, lesson, locked, notify, session, speed, startTick, status, stopTick, usable } from './state.js';
 import { t } from '../base/words.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -69,6 +69,7 @@ export const slowing = () => (session.value?.own && lesson.value === null ? slow
 /** From the start: the same seed, scenario and inputs. */
 export async function restart() {
   if (!usable('time.restart')) return null;
+  if (lesson.value !== null && startTick.value > 0) return control({ op: 'seek', tick: startTick.value });
   const slow = slowing();
   if (slow?.from_s === 0) await setSpeed(slow.speed);
   return control({ op: 'restart', reset: false });

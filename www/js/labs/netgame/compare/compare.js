@@ -296,6 +296,8 @@ function drawSide(side, frame, memory) {
       overlays: { ghosts: true, dots: false, labels: true },
       unit: 'm',
       only: null,
+      staged: null,
+      run: null,
       picked: null,
     };
     if (shape.entities.length > 0) drawField(at);

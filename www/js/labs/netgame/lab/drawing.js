@@ -1,17 +1,20 @@
 // Draws the views, the messages or the inspector, and the side column; a person can point at what is drawn.
+import { render } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
-import { camera, frame, look, params, presented } from '../../../session/state.js';
+import { camera, frame, look, params, presented, staged } from '../../../session/state.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
 import { drawShown } from '../../../draw/shown.js';
 import { panelTurn, textTurn, touch } from '../../../draw/redraw.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
+import { since } from '../../../workbench/since.js';
 import { INTERPOLATION, STALLED, entitiesOf } from '../core/frame.js';
 import { inspector, inspectors } from '../core/inspector.js';
 import { layout } from '../core/layout.js';
+import { Memory } from '../core/memory.js';
 import { connectionEvents, lanes, memory, overlays, scale, unit } from '../core/state.js';
 import { drawCannon } from '../views/cannon.js';
 import { connectionWords, drawConnection } from '../views/connection.js';
@@ -82,6 +85,8 @@ function drawView(canvas, now, name) {
     memory,
     layout: camera.value !== null ? framed(shape, now, camera.value, surface.width) : presented.value ? followed(shape, now) : shape,
     only: camera.value?.only ?? null,
+    staged: shapes || shape.controls === 'aim' ? null : staged.value,
+    run: staged.value?.now ?? null,
     view,
     overlays: overlays.value,
     unit: presented.value && unit.value === 'px' ? 'm' : unit.value /* pixels of a projector mean nothing */,
@@ -214,6 +219,54 @@ function showConnectionEvents(now) {
   connectionEvents.value = memory.connectionEvents;
 }
 
+const nothing = new Memory(false, -1);
+
+/** The first run at the same tick, where a lesson has changed something. @param {Frame} now */
+function drawFirst(now) {
+  const canvas = document.getElementById('first'),
+    of = staged.value,
+    shape = layout.value,
+    once = of?.first?.get(now.tick) ?? (of?.first ? [...of.first.values()].at(now.tick > 0 ? -1 : 0) : undefined);
+  if (!(canvas instanceof HTMLCanvasElement) || !of || !shape || once === undefined) return;
+  const surface = surfaceOf(canvas);
+  if (!surface.begin()) return;
+  const kept = /** @type {Frame} */ (
+    /** @type {unknown} */ ({
+      tick: now.tick,
+      time_s: now.time_s,
+      views: now.views,
+      where: (/** @type {string} */ record, /** @type {string} */ _, /** @type {number} */ view) =>
+        record === 'entities' ? (once[view] ?? []) : [],
+    })
+  );
+  drawRace({
+    pen: surface.pen,
+    width: surface.width,
+    height: surface.height,
+    colours: palette(),
+    frame: kept,
+    memory: nothing,
+    layout: framed(shape, kept, camera.value, surface.width),
+    view: 1 + of.player,
+    only: camera.value?.only ?? null,
+    staged: of,
+    run: of.first,
+    faded: true,
+    overlays: { ghosts: of.press === 0, dots: false, labels: false },
+    unit: 'm',
+    picked: null,
+  });
+}
+
+/** Time since the key of a lesson. @param {Frame} now */
+function showSince(now) {
+  const box = document.getElementById('since'),
+    of = staged.value;
+  if (!box || !of || of.line.length === 0) return;
+  const hz = now.time_s > 0 ? now.tick / now.time_s : 60;
+  render(since({ parts: of.line, now: ((now.tick - of.press) / hz) * 1000, asked: of.step === 1 }), box);
+}
+
 const facts = textTurn(100); /* words that change with every frame */
 const lower = panelTurn(0, 100),
   packet = panelTurn(0, 100);
@@ -235,6 +288,8 @@ export function draw(now, settled, name) {
     showFacts(now);
   }
   showMain(now);
+  drawFirst(now);
+  showSince(now);
   showConnectionEvents(now);
   showSide(now, settled);
 }

@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
 import { choiceOf, t } from '../../../base/words.js';
-import { allowed, params } from '../../../session/state.js';
+import { allowed, camera, params, staged } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
@@ -20,7 +20,9 @@ import { compareButton, side } from './side.js';
 /** The views from top to bottom: the first player, the server, the other players. @returns {number[]} */
 function order() {
   const players = layout.value?.players.length ?? 2;
-  return [1, 0, ...Array.from({ length: Math.max(0, players - 1) }, (_, i) => 2 + i)];
+  const all = [1, 0, ...Array.from({ length: Math.max(0, players - 1) }, (_, i) => 2 + i)],
+    only = camera.value?.only;
+  return only ? all.filter((view) => view === 0 || only.includes(view - 1)) : all;
 }
 
 /** @param {number} player @returns {string} */
@@ -31,13 +33,19 @@ function techniques(player) {
   return `${fixed(p.lag_ms, 0)} ms · ${on.length > 0 ? on.join(', ') : t('netgame.short.none')}`;
 }
 
+const serverMark = html`<svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>`;
+
 /** The line above a view on a phone: opens its settings. @param {number} view @returns {Template} */
 function caption(view) {
+  const press = staged.value?.press ?? 0;
+  if (press > 0)
+    return html`<div class="caption" data-player=${view > 0 ? view - 1 : nothing}>${view > 0 ? mark(view - 1) : serverMark}
+      <b>${t(view > 0 ? 'workbench.since.screen' : 'netgame.server')}</b> <span class="techniques">${view > 0 ? '' : t('netgame.staged.truth')}</span></div>`;
   if (view === 0) {
     const server = params.value?.server,
       rule = server ? `${server.update_hz}/s · ${choiceOf('netgame', 'server.sync', server.sync)}` : '';
     return html`<button type="button" class="caption" ?disabled=${allowed.value !== null} @click=${() => open({ kind: 'server' })}>
-      <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
+      ${serverMark}
       <b>${t('netgame.server')}</b> <span class="techniques">${rule}</span><span class="sentence"
         data-main="0"></span>${icons.settings}</button>`;
   }
@@ -84,6 +92,29 @@ function row(view) {
   </section>`;
 }
 
+/** The first run of a lesson, above the second. @returns {Template} */
+function first() {
+  return html`<section class="row first" data-tab="first" aria-label=${t('netgame.staged.first')}>
+    <div class="caption"><b>${t('netgame.staged.first')}</b> <span class="techniques">${t('netgame.staged.kept')}</span></div>
+    <div class="view"><canvas id="first" role="img" aria-label=${t('netgame.staged.first')}></canvas></div></section>`;
+}
+
+/** Time since the key of a lesson. @returns {Template} */
+function sinceKey() {
+  return html`<section class="row pressed" aria-label=${t('workbench.since')}><div class="caption"><b>${t('workbench.since')}</b></div>
+    <div class="view" id="since"></div></section>`;
+}
+
+/** Views, and what a lesson puts between them. @returns {Template} */
+function rows() {
+  const of = staged.value,
+    [own = 1, ...others] = order();
+  if (of === null) return html`${order().map(row)}${messages()}`;
+  if (of.step === 5)
+    return html`${first()}${row(own)}${others.map(row)}<p class="legend">${of.press > 0 ? t('netgame.staged.legend') : nothing}</p>`;
+  return html`${row(own)}${of.line.length > 0 ? sinceKey() : nothing}${others.map(row)}${of.line.length > 0 ? nothing : messages()}`;
+}
+
 /** @returns {Template} */
 function messages() {
   return html`<section class="row lane" data-tab="messages" aria-label=${t('netgame.messages')} ?hidden=${!overlays.value.messages}>
@@ -120,7 +151,7 @@ export function template() {
   const shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';
   return html`${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length} data-shape=${shape}>
-      <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}
+      <div class="rows" id="views" tabindex="-1">${rows()}
         ${overlays.value.messages ? nothing : html`<div class="gutter lone">${messagesPanel()}</div>`}</div>
       ${side()}${instead?.back() ?? nothing}</main>`;
 }

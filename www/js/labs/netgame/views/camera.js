@@ -16,8 +16,10 @@ const part = (layout, left, wide) => ({ ...layout, scene: { ...layout.scene, x_m
  * @param {import('../../../session/state.js').Camera | null} camera @param {number} width of the view, px @returns {Layout} */
 export function framed(layout, frame, camera, width) {
   if (camera === null || layout.entities.length > 0) return layout;
-  const wide = width < NARROW ? camera.narrow_m : camera.m;
-  return camera.at === undefined ? followed(layout, frame, wide) : part(layout, camera.at - wide / 2, wide);
+  const narrow = width < NARROW,
+    wide = narrow ? camera.narrow_m : camera.m,
+    from = narrow ? (camera.narrow_from ?? camera.from) : camera.from;
+  return from === undefined ? followed(layout, frame, wide) : part(layout, from, wide);
 }
 
 /** The layout with another part of its track: the same for all views of a frame, so that columns of metres can be compared.

@@ -1,11 +1,13 @@
 // One view of a race (or of the demo's rule): cars on lanes along the common x axis.
 import { E_FINISHED, entitiesOf, gameOf } from '../core/frame.js';
 import { paintOf } from '../../../draw/palette.js';
-import { fixed, letter } from '../../../base/format.js';
+import { fixed, letter, localized } from '../../../base/format.js';
 import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
+import { drawOver, drawUnder, reportMoments } from './staged.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
+import { gridStep } from '../../../draw/axis.js';
 import { backdrop } from '../../../draw/backdrop.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
 import { drawBand, drawPosts, place as tell } from '../../../draw/shown.js';
@@ -30,9 +32,12 @@ function levelsOf({ frame, only }) {
   return levels.list;
 }
 
+/** Above the lanes. @param {DrawContext} at @returns {number} px */
+const topOf = ({ staged, colours }) => (staged === null ? colours.text * 1.3 : staged.press > 0 ? colours.text * 2.6 : 4);
+
 /** Height of a lane. @param {DrawContext} at @returns {number} px */
 function laneHeight(at) {
-  return (at.height - at.colours.text * 1.3) / Math.max(1, levelsOf(at).length);
+  return (at.height - topOf(at) - (at.staged === null ? 0 : at.colours.axis * 1.7)) / Math.max(1, levelsOf(at).length);
 }
 
 /** @param {DrawContext} at @param {number} y m @returns {number} px; lane 0 lies on top */
@@ -40,7 +45,7 @@ function toY(at, y) {
   const list = levelsOf(at);
   const low = list[0] ?? 0,
     step = list.length > 1 ? ((list[list.length - 1] ?? 1) - low) / (list.length - 1) : 1;
-  return at.colours.text * 1.3 + ((y - low) / step + 0.5) * laneHeight(at);
+  return topOf(at) + ((y - low) / step + 0.5) * laneHeight(at);
 }
 
 /** Where the finish is, in the lap that ends the race. @param {DrawContext} at @returns {number | null} px */
@@ -80,6 +85,31 @@ function lanes(at) {
   pen.setLineDash([]);
 }
 
+/** The road close by, with metres below it. @param {DrawContext} at */
+function drawRoad(at) {
+  const { pen, colours, layout, width } = at;
+  const top = topOf(at),
+    bottom = top + laneHeight(at) * levelsOf(at).length;
+  pen.fillStyle = colours.verge;
+  pen.fillRect(0, 0, width, at.height);
+  pen.fillStyle = colours.road;
+  pen.fillRect(0, top, width, bottom - top);
+  pen.fillStyle = colours.roadMarks;
+  for (const y of [top, bottom - 2]) pen.fillRect(0, y, width, 2);
+  const step = gridStep(scaleX(at), Math.max(90, colours.axis * 6));
+  for (let i = Math.ceil(layout.scene.x_min / step); i * step <= layout.scene.x_max; i++) {
+    if (i < 0) continue;
+    const x = Math.round(toX(at, i * step));
+    pen.fillStyle = colours.faint;
+    pen.fillRect(x, bottom, 1, 5);
+    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), x, bottom + colours.axis, {
+      size: colours.axis,
+      colour: colours.faint,
+      align: 'center',
+    });
+  }
+}
+
 /** @param {DrawContext} at @param {number} player @returns {string} */
 function standing(at, player) {
   const names = at.layout.game_values;
@@ -115,7 +145,8 @@ export function drawRace(at) {
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
   const full = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
-  const size = Math.min(full, Math.max(15, laneHeight(at) * 0.8));
+  const true_ = (at.layout.scene.entity_length_m * scaleX(at) * HIGH) / LONG; /* to scale */
+  const size = at.staged === null ? Math.min(full, Math.max(15, laneHeight(at) * 0.8)) : Math.min(true_, laneHeight(at) * 0.8);
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, onLap(at, x)), y: toY(at, y) });
   const labels = new Labels(at);
   /** @type {(() => void)[]} */
@@ -123,9 +154,10 @@ export function drawRace(at) {
 
   const finish = finishX(at),
     { x_min, x_max } = at.layout.scene;
-  backdrop(pen, at, ['race', x_min, x_max, levelsOf(at), finish].join(' '), (on) => {
+  backdrop(pen, at, ['race', x_min, x_max, levelsOf(at), finish, at.staged !== null].join(' '), (on) => {
     const still = { ...at, pen: on };
-    drawGrid(still);
+    if (at.staged) drawRoad(still);
+    else drawGrid(still);
     lanes(still);
     if (finish !== null) finishLine(still, finish);
   });
@@ -138,17 +170,30 @@ export function drawRace(at) {
     });
   }
   tellPlaces(at, place);
+  const { staged } = at;
+  const top = topOf(at),
+    road = {
+      y: toY(at, entitiesOf(at.frame, 0)[staged?.player ?? 0]?.y ?? 0),
+      size,
+      top,
+      bottom: top + laneHeight(at) * levelsOf(at).length,
+    };
+  if (staged) reportMoments(at, staged, at.run, road.y);
   drawBand(pen, colours);
+  if (staged) drawUnder(at, staged, at.run, road);
   entitiesOf(at.frame, at.view).forEach((car, i) => {
     if (at.only?.includes(i) === false) return;
     const { x, y } = place(car.x, car.y);
     const real = entitiesOf(at.frame, 0)[i];
     const half = hasCar(i) ? (size * LONG) / HIGH / 2 : size * 0.6;
-    labels.block(x, y, 2 * half, size);
+    const middle = at.staged === null ? x : x - half; /* a car close by has its place at its nose */
+    labels.block(middle, y, 2 * half, size);
     if (at.view > 0 && real) {
       const gx = x + (real.x - car.x) * scaleX(at),
         gy = toY(at, real.y);
-      if (overlays.ghosts) {
+      if (overlays.ghosts && at.staged) {
+        if (at.staged.press === 0) ghost(at, i, middle, y, gx - half, gy, size);
+      } else if (overlays.ghosts) {
         ghost(at, i, x, y, gx, gy, size);
         const turn = at.layout.scene.wraps ? lap * scaleX(at) : 0;
         if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size);
@@ -165,11 +210,12 @@ export function drawRace(at) {
     }
     const away = isAway(car);
     if (away) pen.globalAlpha = FADED;
-    if (hasCar(i)) drawCar(pen, colours, i, x, y, size);
+    if (at.faded) pen.globalAlpha = 0.5;
+    if (hasCar(i)) drawCar(pen, colours, i, middle, y, size);
     else drawMark(pen, colours, i, x, y, size);
-    if (away) pen.globalAlpha = 1;
+    if (away || at.faded) pen.globalAlpha = 1;
     if (away) labels.put(t('netgame.away'), x - half, x + half, y, size, { colour: colours.snap, bold: true });
-    if (at.view === 0) {
+    if (at.view === 0 && staged === null) {
       later.push(() =>
         labels.put(standing(at, i), x - half, x + half, y, size, {
           colour: paintOf(colours, i).text,
@@ -179,8 +225,9 @@ export function drawRace(at) {
     }
   });
   if (overlays.labels) for (const put of later) put();
-  drawPosts(pen, colours);
-  const words = at.view > 0 ? correctionWords(at, at.view - 1) : '';
+  drawPosts(pen, colours, at.staged === null ? undefined : road.bottom - 12);
+  if (staged) drawOver(at, staged, at.run, road);
+  const words = at.view > 0 && (staged === null || staged.press === 0) ? correctionWords(at, at.view - 1) : '';
   if (words !== '') {
     drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });
   }

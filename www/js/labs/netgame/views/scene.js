@@ -24,6 +24,9 @@ import { t } from '../../../base/words.js';
  * @property {{ghosts: boolean, dots: boolean, labels: boolean}} overlays
  * @property {'px' | 'm' | 'ms'} unit
  * @property {number[] | null} only  the players that are drawn; null for all
+ * @property {import('../../../session/state.js').Staged | null} staged  what a lesson adds
+ * @property {import('../../../session/state.js').Recorded | null} run  recorded, of what is drawn
+ * @property {boolean} [faded]  it is what was
  * @property {Picked | null} picked  the dot that is asked about
  */
 
