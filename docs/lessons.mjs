@@ -45,8 +45,8 @@ function rowsOf(text) {
 
 const ALMOST_S = 1e-3;
 
-/** The way of the last input of a workload: to the server, its wait for the next update, the way back, and the wait for the next frame of the
- * player's own screen, ms. @param {Run} run @param {Workload | undefined} workload @param {string} part */
+/** The way of the last input of a workload: to the server, its wait for the next update, the way back, and the wait for the next frame of
+ * the player's own screen, ms. @param {Run} run @param {Workload | undefined} workload @param {string} part */
 function wayOf(run, workload, part) {
   const pressed = workload?.inputs.at(-1);
   if (!pressed) throw new Error(`way: ${part} needs a workload`);
@@ -58,7 +58,7 @@ function wayOf(run, workload, part) {
     input = events.find(({ type, begin }) => type === 'input' && begin > from),
     shown = (input?.begin ?? 0) + run.metrics.players[pressed.player].input_latency_ms.max / 1000;
   const frame = events.find(({ type, begin }) => type === 'display' && begin > shown - ALMOST_S),
-    state = events.findLast(({ type, end }) => type === 'state' && end <= (frame?.begin ?? 0));
+    state = events.filter(({ type, end }) => type === 'state' && end <= (frame?.begin ?? 0)).at(-1);
   if (!input || !state || !frame) throw new Error('way: the last input of the workload is on no screen');
   const parts = {
     there: input.end - input.begin,

@@ -104,14 +104,14 @@ test('a text is filled with the numbers of its language', () => {
 
 /** What is done to a lesson that holds, and what must then be said. @type {[string, (lesson: any) => void, RegExp][]} */
 const BROKEN = [
-  ['an answer that is not the engine’s', (l) => (l.answer.value = 300), /^answer: the lesson says 300 within 17; the engine says 344/],
+  ['an answer that is not the engine’s', (l) => (l.answer.value = 300), /^answer: the lesson says 300 within 17; the engine says 350/],
   ['a change with another result', (l) => (l.change.answer.value = 20), /^change\.answer: the lesson says 20 within 1; the engine says 0$/],
   [
     'a wrong choice that is right, too',
     (l) => (l.choices[0].value = 340),
     /^choices\.0: 340 is to be wrong, and is within 17 of the answer$/,
   ],
-  ['a right choice that is wrong', (l) => (l.choices[2].value = 400), /^choices\.2: 400 is to be right; the engine says 344/],
+  ['a right choice that is wrong', (l) => (l.choices[2].value = 400), /^choices\.2: 400 is to be right; the engine says 350/],
   ['two right choices', (l) => (l.choices[0].right = true), /^choices: 2 are right; exactly one must be$/],
   ['no right choice', (l) => delete l.choices[2].right, /^choices: 0 are right/],
   ['a long step', (l) => (l.steps.observe.de = 'Wort '.repeat(41).trim()), /^steps\.observe\.de: has 41 words; 40 are the most$/],
@@ -122,20 +122,25 @@ const BROKEN = [
     (l) => (l.answer.metric = 'players.0.input_delay_ms.mean'),
     /^answer: there is no metric players\.0\.input_delay_ms\.mean$/,
   ],
-  ['an unknown column', (l) => (l.numbers.own_cm.trace = 'player_0_x'), /^numbers\.own_cm: the trace has no column player_0_x$/],
+  ['an unknown column', (l) => (l.numbers.press.trace = 'player_0_x'), /^numbers\.press: the trace has no column player_0_x$/],
   ['a tick beyond the run', (l) => (l.stop_tick = 5000), /^stop_tick: the run has no tick 5000$/],
   ['an unknown scenario', (l) => (l.scenario = 'paper/fig99'), /^answer: there is no scenario paper\/fig99$/],
   ['an unknown option', (l) => (l.set['players.0.lagg_ms'] = 1), /^answer: players\.0\.lagg_ms is unknown/],
   ['an option out of its range', (l) => (l.change.set['players.0.lag_ms'] = 5000), /^change\.answer: players\.0\.lag_ms: must be/],
-  ['a number that is not the engine’s', (l) => (l.numbers.round.value = 299), /^numbers\.round: has the value 299; the engine says 300$/],
+  ['a number that is not the engine’s', (l) => (l.numbers.lag.value = 149), /^numbers\.lag: has the value 149; the engine says 150$/],
   ['a number by hand', (l) => (l.steps.explain.en += ' That is 300 ms.'), /^steps\.explain\.en: 300 is written by hand/],
   ['a number that is not there', (l) => (l.steps.explain.en = '{felt}'), /^steps\.explain\.en: \{felt\} is not among numbers$/],
   [
     'a number in one language only',
-    (l) => (l.steps.explain.de = l.steps.explain.de.replace('{round}', 'so viele')),
-    /^steps\.explain: en has the numbers hz,round, de hz$/,
+    (l) => (l.steps.explain.de = l.steps.explain.de.replace('{total}', 'so viele')),
+    /^steps\.explain: en has the numbers back,frame,there,total,wait, de back,frame,there,wait$/,
   ],
-  ['a number that no text has', (l) => (l.numbers.unused = { ...l.numbers.round }), /^numbers\.unused: no text has it$/],
+  ['a number that no text has', (l) => (l.numbers.unused = { ...l.numbers.lag }), /^numbers\.unused: no text has it$/],
+  ['a time line that is not the answer', (l) => l.line.splice(1, 1, 'back'), /^line: its parts are 466 together; the answer is 350$/],
+  ['a time line of no numbers', (l) => (l.line[0] = 'round'), /^line: round is not among numbers$/],
+  ['a way without a workload', (l) => delete l.workload, /^numbers\.there: way: there needs a workload$/],
+  ['a start after its stop', (l) => (l.start_tick = 230), /^start_tick: 230 is not before stop_tick, 202$/],
+  ['a stop of the change beyond the run', (l) => (l.change.stop_tick = 301), /^change\.stop_tick: the run has no tick 301$/],
   ['an unknown member', (l) => (l.subtitle = ''), /^the lesson: subtitle is unknown$/],
   ['an unknown highlight', (l) => (l.look.at = 'sky'), /^look\.at: must be one of own_entity/],
   [
@@ -200,10 +205,10 @@ test('an own lesson: numbers are written, problems printed', () => {
     writeFileSync(file, JSON.stringify(lesson));
     const wrong = run();
     assert.equal(wrong.status, 1, wrong.stderr);
-    assert.match(wrong.stdout, / {2}answer: the lesson says 344 within 17; the engine says 144/);
-    assert.equal(JSON.parse(readFileSync(file, 'utf8')).numbers.round.value, 100);
-    lesson.answer.value = 144;
-    lesson.choices[2].value = 144;
+    assert.match(wrong.stdout, / {2}answer: the lesson says 350 within 17; the engine says 150/);
+    assert.equal(JSON.parse(readFileSync(file, 'utf8')).numbers.lag.value, 50);
+    lesson.answer.value = 150;
+    lesson.choices[2].value = 150;
     lesson.choices[1].value = 50;
     writeFileSync(file, JSON.stringify(lesson));
     const right = run();

@@ -1,10 +1,11 @@
-// A run of a lesson tick by tick, as the server and each screen have it: what is drawn of a moment that is over, and the first run beside
-// the second. A session of its own is asked for it, and deleted.
+// A run of a lesson tick by tick, as the server and each screen have it: what is drawn of a moment that is over, and the first run next
+// to the second. A session of its own is asked for it, and deleted.
 import { address, call, make } from '../base/api.js';
 import { link } from '../session/opening.js';
 
 /** @typedef {import('../session/state.js').Recorded} Recorded */
-/** @typedef {import('./steps.js').Lesson} Lesson */
+/** Of a lesson, what a session is made from.
+ * @typedef {{id: string, scenario: string, seed: number, workload?: unknown}} Lesson */
 
 /** @param {string} text CSV of the record entities @returns {Recorded} */
 function parsed(text) {

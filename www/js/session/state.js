@@ -48,15 +48,16 @@ export const lesson = signal(link.lesson);
  * @typedef {{at: string, player?: number, step: number, before: {rate: number, text: string} | null}} Look */
 /** What the lesson that is shown is about, and its step. @type {import('@preact/signals-core').Signal<Look | null>} */
 export const look = signal(null);
-/** How large a lesson shows a track: metres across, on a narrow view too; from: the left edge, without it the cars are followed; only: the
- * players that are drawn, all without it. @typedef {{m: number, narrow_m: number, from?: number, narrow_from?: number, only?: number[]}} Camera */
+/** How large a lesson shows a track: metres across, on a narrow view too; from: the left edge, without it the cars are followed; only:
+ * the players that are drawn, all without it.
+ * @typedef {{m: number, narrow_m: number, from?: number, narrow_from?: number, only?: number[]}} Camera */
 /** Of the lesson that is shown; null: the whole track. @type {import('@preact/signals-core').Signal<Camera | null>} */
 export const camera = signal(null);
 /** An entity as a screen had it at a tick. @typedef {{x: number, y: number, vx: number, age_ms: number, flags: number}} Once */
 /** By tick, view and entity. @typedef {Map<number, Once[][]>} Recorded */
-/** What a lesson adds to the drawings. press: the first tick with the key that it is about; brake: whether that is back, or ahead; first, now:
- * the first run and the one that is shown, as far as they are recorded; flags: choices, in ms after the key, empty where they have no place
- * on the road; chosen: one of them; plant: chooses; step: of the lesson; line: the parts of its time line, ms; none without one
+/** What a lesson adds to the drawings. press: the first tick with the key that it is about; brake: whether that is back, or ahead; first,
+ * now: the first run and the one that is shown, as far as they are recorded; flags: choices, in ms after the key, empty where they have no
+ * place on the road; chosen: one of them; plant: chooses; step: of the lesson; line: the parts of its time line, ms; none without one
  * @typedef {{player: number, press: number, brake: boolean, first: Recorded | null, now: Recorded | null, flags: number[], chosen: number,
  *   plant: (i: number) => void, step: number, line: number[]}} Staged */
 /** @type {import('@preact/signals-core').Signal<Staged | null>} */

@@ -3,8 +3,9 @@
 import { html, nothing, svg } from '../../vendor/lit-html.js';
 import { digits, t } from '../base/words.js';
 
-/** ms: to the server, its wait for the next update, the way back, the wait for the next frame on the screen. now: since the key, of what has
- * happened so far; asked: the answer is not shown yet @typedef {{parts: number[], now: number, asked: boolean}} Line */
+/** ms: to the server, its wait for the next update, the way back, the wait for the next frame on the screen. now: since the key, of what
+ * has happened so far; asked: the answer is not shown yet
+ * @typedef {{parts: number[], now: number, asked: boolean}} Line */
 
 const LEFT = 3,
   RIGHT = 97; /* hundredths of the width */
@@ -51,20 +52,28 @@ export function since({ parts, now, asked }) {
   return html`<div class="since" role="img" aria-label=${asked ? t('workbench.since.asks', said) : t('workbench.since.is', said)}>
     <p aria-hidden="true"><b>${t('workbench.since.screen')}</b><b>${t('workbench.since.server')}</b></p><svg aria-hidden="true">
       ${ticks.map(
-        (tick) => svg`<line class="tick" x1=${x(tick)} y1="22" x2=${x(tick)} y2="112"></line><text class="axis" x=${x(tick)} y="132"
-          text-anchor="middle">${tick === 0 ? `0 ms` : digits(tick, 0, 0)}</text>`,
+        (tick) => svg`<line class="tick" x1=${x(tick)} y1="22" x2=${x(tick)} y2="112"></line>
+          <text class="axis" x=${x(tick)} y="132"
+          text-anchor="middle">${tick === 0 ? '0 ms' : digits(tick, 0, 0)}</text>`,
       )}
-      <line class="screen" x1=${x(0)} y1="22" x2=${x(span)} y2="22"></line><line class="server" x1=${x(0)} y1="108" x2=${x(span)} y2="108"></line>
+      <line class="screen" x1=${x(0)} y1="22" x2=${x(span)} y2="22"></line>
+      <line class="server" x1=${x(0)} y1="108" x2=${x(span)} y2="108"></line>
       ${way(0, there, [22, 108], t(asked ? 'workbench.since.on_way' : 'workbench.since.there', { ms: ms(there) }))}
-      ${asked ? svg`<text class="ask" x=${x(there + wait + back / 2)} y="78" text-anchor="middle">${t('workbench.since.then')}</text>` : nothing}
+      ${
+        asked
+          ? svg`<text class="ask" x=${x(there + wait + back / 2)} y="78"
+        text-anchor="middle">${t('workbench.since.then')}</text>`
+          : nothing
+      }
       ${asked ? nothing : waiting(there, wait, 108, 94)}
       ${asked ? nothing : way(there + wait, back, [108, 22], t('workbench.since.back', { ms: ms(back) }))}
       ${asked ? nothing : waiting(there + wait + back, frame, 22, 46)}
       <svg x=${x(0)} y="22" class="dot"><circle r="7"></circle></svg>
       ${
         over && !asked
-          ? svg`<line class="upright" x1=${x(total)} y1="22" x2=${x(total)} y2="112"></line><svg x=${x(total)} y="22" class="dot lit"><circle
-        r="8"></circle></svg><text class="total" x=${x(total)} dx="0.5em" y="66">${ms(total)}</text>`
+          ? svg`<line class="upright" x1=${x(total)} y1="22" x2=${x(total)} y2="112"></line>
+        <svg x=${x(total)} y="22" class="dot lit"><circle r="8"></circle></svg>
+        <text class="total" x=${x(total)} dx="0.5em" y="66">${ms(total)}</text>`
           : nothing
       }
     </svg></div>`;

@@ -24,6 +24,7 @@ import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.j
 import { drawRace } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
 import { scaleX } from '../views/scene.js';
+import { flagAt } from '../views/staged.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed, framed } from '../views/camera.js';
 import { follow, pick, view as packetView } from './follow.js';
@@ -337,7 +338,15 @@ function stepDot(event) {
   touch();
 }
 
+/** A flag on the road is a choice. @param {MouseEvent} event */
+function plant(event) {
+  if (!(event.target instanceof HTMLCanvasElement)) return;
+  const flag = flagAt(event.target, event.offsetX);
+  if (flag >= 0) staged.value?.plant(flag);
+}
+
 export function listen() {
+  document.addEventListener('click', plant);
   document.addEventListener('pointermove', point);
   document.addEventListener('pointerdown', point);
   document.addEventListener('keydown', stepDot);

@@ -33,14 +33,16 @@ function techniques(player) {
   return `${fixed(p.lag_ms, 0)} ms · ${on.length > 0 ? on.join(', ') : t('netgame.short.none')}`;
 }
 
-const serverMark = html`<svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>`;
+const serverMark = html`<svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path
+  d="M9 1l8 8-8 8-8-8z"></path></svg>`;
 
 /** The line above a view on a phone: opens its settings. @param {number} view @returns {Template} */
 function caption(view) {
   const press = staged.value?.press ?? 0;
   if (press > 0)
     return html`<div class="caption" data-player=${view > 0 ? view - 1 : nothing}>${view > 0 ? mark(view - 1) : serverMark}
-      <b>${t(view > 0 ? 'workbench.since.screen' : 'netgame.server')}</b> <span class="techniques">${view > 0 ? '' : t('netgame.staged.truth')}</span></div>`;
+      <b>${t(view > 0 ? 'workbench.since.screen' : 'netgame.server')}</b> <span
+        class="techniques">${view > 0 ? '' : t('netgame.staged.truth')}</span></div>`;
   if (view === 0) {
     const server = params.value?.server,
       rule = server ? `${server.update_hz}/s · ${choiceOf('netgame', 'server.sync', server.sync)}` : '';

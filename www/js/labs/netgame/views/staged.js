@@ -66,8 +66,8 @@ function drawKey({ pen, colours }, player, brake, x, y, size) {
   pen.stroke();
 }
 
-/** A watch and what it shows, in a yellow box. @param {DrawContext} at @param {string} text @param {number} x its left edge @param {number} y
- * its middle @returns {number} px, its right edge */
+/** A watch and what it shows, in a yellow box. @param {DrawContext} at @param {string} text @param {number} x its left edge
+ * @param {number} y its middle @returns {number} px, its right edge */
 function drawWatch({ pen, colours, width }, text, x, y) {
   const big = { ...colours, text: colours.text * 1.5 },
     r = big.text * 0.5,
@@ -159,6 +159,17 @@ export function flagsOf(at, of) {
   return own ? of.flags.map((ms) => toX(at, own.x + (own.vx * ms) / 1000)) : [];
 }
 
+/** As drawn last, where one can be chosen. @type {{canvas: HTMLCanvasElement | null, xs: number[]}} */
+let standing = { canvas: null, xs: [] };
+const NEAR = 24; /* px */
+
+/** The flag at a place of a view. @param {HTMLCanvasElement} canvas @param {number} x px @returns {number} -1: none */
+export function flagAt(canvas, x) {
+  if (canvas !== standing.canvas) return -1;
+  const nearest = standing.xs.reduce((best, at, i) => (Math.abs(at - x) < Math.abs((standing.xs[best] ?? Infinity) - x) ? i : best), -1);
+  return Math.abs((standing.xs[nearest] ?? Infinity) - x) < NEAR ? nearest : -1;
+}
+
 const FADED = 0.42;
 
 /** Reports where the car was when the key was pressed, and from where on it braked. @param {DrawContext} at @param {Staged} of
@@ -228,6 +239,7 @@ export function drawOver(at, of, run, road) {
     return;
   }
   const flags = flagsOf(at, of);
+  standing = { canvas: of.step === 1 ? pen.canvas : null, xs: flags };
   if (of.step === 1) {
     flags.forEach((x, i) => drawFlag(at, x, String(i + 1), road, i === of.chosen));
     const left = (flags.at(-1) ?? nose) + 14,
