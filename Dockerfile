@@ -11,9 +11,9 @@ RUN apt-get update \
 WORKDIR /laglab
 # Node has authorities of its own; these are the base's, with those that an own network needs.
 ENV NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt
-# Alone, so that a change of a source does not fetch the page's libraries again, and what makes the types of the client that a daemon serves.
+# Alone, so that a change of a source does not fetch the page's libraries again, what bundles it and what makes the types of the client.
 COPY package.json package-lock.json .npmrc ./
-RUN npm ci --ignore-scripts --omit=dev
+RUN npm ci --ignore-scripts
 COPY . .
 RUN ./dev release \
     && mkdir /out \

@@ -2,7 +2,6 @@
 // (GET /api/v1/tradeoffs/ID), without the texts of the family, with the machine, date and commit of the files' heads.
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
-import { pathToFileURL } from 'node:url';
 
 /** @typedef {Record<string, string>} Cells */
 
@@ -126,6 +125,3 @@ export function shipRows(from, to) {
     writeFileSync(join(to, `${name}.json`), `${JSON.stringify(shippedRows(name, readFileSync(join(from, file), 'utf8'), winners))}\n`);
   }
 }
-
-const [, program, from, to] = process.argv;
-if (program && import.meta.url === pathToFileURL(program).href && from && to) shipRows(from, to);

@@ -1,6 +1,6 @@
 // The image's bill of materials, SPDX 2.3 as JSON: node deploy/sbom.mjs PACKAGES.tsv > sbom.spdx.json
 // PACKAGES.tsv is what dpkg-query says of the image: package, version, architecture, source package, source version. The page's
-// libraries are those of package-lock.json that are no tools of the tests or of the build, with the checksums that `npm ci` holds them against.
+// libraries are those of package-lock.json that are no tools of the tests or of the build, of which esbuild is one, with the checksums that `npm ci` holds them against.
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -48,7 +48,7 @@ export function sbom(tsv, lock, created) {
       };
     });
   const npm = Object.entries(lock.packages)
-    .filter(([place, one]) => place !== '' && !(one.dev || one.optional || one.devOptional))
+    .filter(([place, one]) => !['', 'node_modules/esbuild'].includes(place) && !(one.dev || one.optional || one.devOptional))
     .map(([place, one]) => {
       const name = place.replace(/^.*node_modules\//, ''),
         [algorithm, sum] = one.integrity.split(/-(.*)/s);

@@ -144,7 +144,7 @@ test('each document of the API', async () => {
 
 test('each file of the page', async () => {
   const list = files();
-  assert.ok(list.length > 150);
+  assert.ok(list.length > 100, `${list.length}`);
   for (const at of list) {
     const found = await holds(at);
     if (at.endsWith('.html')) continue;
@@ -160,7 +160,7 @@ test('the page itself has one address, and names the second ones of all its file
   assert.equal(plain.headers['content-location'], undefined);
   for (const at of [`/${digest}/`, `/${digest}/index.html`]) assert.equal((await ask(at)).status, 404, at);
   const named = [...text.matchAll(/(?:href|src)="([^"]+)"/g)].map(([, at]) => at).filter((at) => !/^(?:api|http)/.test(at));
-  assert.ok(named.length > 60);
+  assert.ok(named.length >= 3);
   for (const at of named) {
     assert.ok(at.startsWith(`${digest}/`), at);
     assert.equal((await ask(`/${at}`)).headers['cache-control'], FOREVER, at);
@@ -210,17 +210,17 @@ test('daemons of a build have one digest, another page has another, and the dige
   };
   assert.equal(await digestOf(await start('--shard', 'a')), digest);
   assert.equal(await digestOf(await start('--www', www)), digest, 'a copy of the page');
-  const file = path.join(www, 'js/base/format.js'),
+  const file = path.join(www, 'first.css'),
     text = readFileSync(file, 'utf8');
-  writeFileSync(file, `${text}\nexport const changed = true;\n`);
+  writeFileSync(file, `${text}\n.changed { color: red; }\n`);
   const url = await start('--www', www),
     changed = await digestOf(url);
   assert.notEqual(changed, digest);
-  const old = await ask(`/${digest}/js/base/format.js`, {}, 'GET', url);
+  const old = await ask(`/${digest}/first.css`, {}, 'GET', url);
   assert.match(old.bytes.toString(), /changed/);
   assert.equal(old.headers['cache-control'], 'no-store', 'new bytes are never kept below an old digest');
   writeFileSync(file, text);
-  const still = await ask('/js/base/format.js', {}, 'GET', url);
+  const still = await ask('/first.css', {}, 'GET', url);
   assert.match(still.bytes.toString(), /changed/, 'a daemon serves what it began with, also while files are replaced');
   assert.equal(await digestOf(await start('--www', www)), digest);
 });

@@ -23,7 +23,7 @@ const open = (query, wish = {}) => visit(browser, `${daemon.url}${query}`, wish)
 const sceneOf = (page) =>
   page.evaluate(async () => {
     while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-    return (await globalThis.moduleOf('labs/rigid/decode.js')).sceneOf(globalThis.laglab().frame);
+    return globalThis.laglab().scene;
   });
 
 /** The topmost dynamic body of a world, in m and on the screen. */
@@ -35,8 +35,8 @@ async function topmost(page, world = 0) {
 
 const place = (page, world, x, y) =>
   page.evaluate(
-    async ([w, mx, my]) => {
-      const { cameras } = (await globalThis.moduleOf('labs/rigid/lab.js')).drag;
+    ([w, mx, my]) => {
+      const { cameras } = globalThis.laglab().drag;
       const at = cameras.get(w),
         box = document.getElementById(`world${w}`).getBoundingClientRect();
       return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
@@ -56,14 +56,14 @@ test('/#collide opens the lab, and it moves', async () => {
   await settles(() => page.locator('.lab[aria-current="page"]').textContent(), 'Collide');
   assert.equal((await paramsOf(page)).kind, 'rigid');
   await page.waitForFunction(() => Number(document.querySelector('[data-rigid="0/contacts"]')?.textContent) > 5);
-  assert.ok(requests.some((r) => r.url().endsWith('rigid/lab.js')));
+  assert.ok(requests.some((r) => /js\/rigid-\w+\.js$/.test(r.url())));
   assert.deepEqual(complaints, []);
   await close();
 });
 
 test('the race does not read the lab', async () => {
   const { requests, close } = await open('#race');
-  assert.ok(!requests.some((r) => r.url().includes('/collide/')));
+  assert.ok(!requests.some((r) => /js\/rigid-/.test(r.url())));
   await close();
 });
 
@@ -308,7 +308,7 @@ test('a body is dragged by keys', async () => {
   await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
-  const hand = () => page.evaluate(async () => (await globalThis.moduleOf('labs/rigid/lab.js')).drag.pointer.value);
+  const hand = () => page.evaluate(() => globalThis.laglab().drag.pointer.value);
   await page.keyboard.press('ArrowRight');
   for (let i = 0; i < 200; i++) {
     const at = await hand();

@@ -92,7 +92,7 @@ test('nothing of it is read before it is wanted', async () => {
   assert.equal(read(), 0);
   await page.locator('.side .compare').click();
   await computed(page);
-  assert.ok(read() > 5);
+  assert.ok(read() >= 3);
   await close();
 });
 

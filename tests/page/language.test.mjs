@@ -80,8 +80,8 @@ test('the language is that of the address, else the chosen one, else the browser
 
 test('one language is read, and of a lab only what it shows', async () => {
   for (const [at, parts] of /** @type {[string, string[]][]} */ ([
-    ['#race', ['netgame', 'page']],
-    ['#step', ['motion', 'page']],
+    ['#race', ['first']],
+    ['#step', ['first', 'motion']],
   ])) {
     const { page, requests, close } = await visit(browser, `${daemon.url}?lang=de${at}`);
     const paths = () => requests.map((request) => new URL(request.url()).pathname.replace(/^\/[0-9a-f]{16}/, '')),

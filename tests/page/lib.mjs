@@ -97,14 +97,6 @@ export async function launch(wish) {
   return browser;
 }
 
-/** In the page: `moduleOf(PATH)` is a module of www/js as the page itself has it, at the address that is kept. */
-function moduleOf() {
-  /** @type {any} */ (globalThis).moduleOf = (/** @type {string} */ name) => {
-    const main = /** @type {any} */ (document.querySelector('script[src$="shell/main.js"]'));
-    return import(new URL(`../${name}`, main.src).href);
-  };
-}
-
 /** In the page: a display that refreshes 20 times in a second instead of 60. Most of what a test waits for comes no sooner by more frames,
  * and each costs drawing in several processes. */
 function slowDisplay() {
@@ -154,7 +146,6 @@ const left = new WeakMap();
 async function newTab(browser, { smooth, scripts, ...wish }) {
   const context = await browser.newContext(wish),
     page = await context.newPage();
-  await page.addInitScript(moduleOf);
   if (!smooth) await page.addInitScript(slowDisplay);
   for (const script of scripts) await page.addInitScript(script);
   const tab = { page, context, lasting: false };

@@ -71,10 +71,7 @@ function apart(one, other, seen) {
 for (const theme of ['light', 'dark', 'projector'])
   test(`A and B can be distinguished by those who see colours otherwise, and by dash, shape and letter without any: ${theme}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}?scenario=race&theme=${theme}`);
-    const colours = await page.evaluate(async () => {
-      const { palette } = await globalThis.moduleOf('draw/palette.js');
-      return palette().players.map(({ fill, text, dash }) => ({ fill, text, dash }));
-    });
+    const colours = await page.evaluate(() => globalThis.laglab.palette().players);
     const [a, b] = colours;
     for (const [name, seen] of Object.entries(SEEN)) {
       assert.ok(apart(a.fill, b.fill, seen) > 20, `${name}: fills ${apart(a.fill, b.fill, seen)}`);
@@ -153,10 +150,11 @@ for (const at of [
       const { page, close } = await visit(browser, `${daemon.url}${at}&theme=projector`, { width: 1024, height: 768 });
       await hear(page);
       await runOn(page, 1.2);
-      const { texts, lines, colours } = await page.evaluate(async () => {
-        const { palette } = await globalThis.moduleOf('draw/palette.js');
-        return { texts: globalThis.texts, lines: globalThis.lines, colours: palette() };
-      });
+      const { texts, lines, colours } = await page.evaluate(() => ({
+        texts: globalThis.texts,
+        lines: globalThis.lines,
+        colours: globalThis.laglab.palette(),
+      }));
       assert.ok(texts.length > 10, `${texts.length} texts`);
       const small = texts.filter(({ size }) => size < 13.99).map(({ id, text, size }) => `${id}: “${text}” of ${size} px`);
       assert.deepEqual([...new Set(small)].slice(0, 10), []);
@@ -227,13 +225,13 @@ test('what is empty, being read or failed says so in words', async () => {
 test('a page whose parts do not come is not white: its name, and a way to try again', async () => {
   const context = await browser.newContext();
   const page = await context.newPage();
-  await page.route(/\/js\/shell\/(?:main|page)\.js/, (route) => route.abort());
+  await page.route(/\/js\/chunk-\w+\.js/, (route) => route.abort());
   await page.goto(`${daemon.url}?scenario=race`, { waitUntil: 'domcontentloaded' });
   await reads(page.locator('.reading'), /laglab/);
   await page.evaluate(() => {
     for (const one of document.getAnimations()) one.finish();
   });
-  await page.unroute(/\/js\/shell\/(?:main|page)\.js/);
+  await page.unroute(/\/js\/chunk-\w+\.js/);
   await page.getByRole('link', { name: 'Reload' }).click();
   await page.locator('[data-path]').first().waitFor({ state: 'attached' });
   await context.close();

@@ -1,5 +1,7 @@
 // REST calls of the daemon; a refused one throws a Problem (RFC 9457).
 import { insist } from './insist.js';
+import { ready, said } from './messages.js';
+import { placeOf } from './place.js';
 import { t } from './words.js';
 
 export { insist };
@@ -108,7 +110,7 @@ export async function make(path, body, ask = true) {
 
 /** What a daemon says without computing, such as its schema: the page was read below an address that a browser keeps forever, and so are
  * these. @param {string} path @returns {Promise<any>} */
-export const constant = (path) => call('GET', path, { kept: new URL(`../../api/v1/${path}`, import.meta.url) });
+export const constant = (path) => call('GET', path, { kept: placeOf(`api/v1/${path}`) });
 
 /** @param {string} method @param {string} path
  * @param {{body?: unknown, key?: string, kept?: URL, signal?: AbortSignal}} [more] kept: its address in a cache
@@ -141,7 +143,6 @@ export async function call(method, path, more = {}) {
 /** @param {number} status @param {any} body @returns {Promise<Problem>} */
 async function refusal(status, body) {
   try {
-    const { ready, said } = await import('./messages.js');
     await ready();
     return new Problem(status, body, said);
   } catch {
@@ -174,7 +175,7 @@ export const styleSheet = (name) =>
   new Promise((done) => {
     const sheet = document.createElement('link');
     sheet.rel = 'stylesheet';
-    sheet.href = new URL(`../../${name}.css`, import.meta.url).href;
+    sheet.href = placeOf(`${name}.css`).href;
     sheet.onload = sheet.onerror = done;
     document.head.append(sheet);
   });

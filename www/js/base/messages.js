@@ -3,6 +3,7 @@
 import { computed, effect, signal } from '../../vendor/signals-core.js';
 import { letter } from './format.js';
 import { insist } from './insist.js';
+import { placeOf } from './place.js';
 import { translator } from './sentences.js';
 import { labelOfAny, language } from './words.js';
 
@@ -17,7 +18,7 @@ function read(name) {
   const answer =
     asked.get(name) ??
     insist(async () => {
-      const file = await fetch(new URL(`../../${path}`, import.meta.url));
+      const file = await fetch(placeOf(path));
       if (!file.ok) throw new Error(`${path}: ${file.status}`);
       tables.value = { ...tables.peek(), [name]: await file.json() };
     });

@@ -1,7 +1,8 @@
-// The page's words in one language: that of the address, of an earlier choice, or of the browser; else English. cmake/page.cmake divides
-// www/words/LANGUAGE.json into parts: `page` is read at once, a part of a lab, of the lessons or of a class with what shows it.
+// The page's words in one language: that of the address, of an earlier choice, or of the browser; else English. www/build.mjs divides
+// www/words/LANGUAGE.json into parts: what is wanted first is read at once, a part of a lab or of a class with what shows it.
 import { computed, signal } from '../../vendor/signals-core.js';
 import { insist } from './insist.js';
+import { placeOf } from './place.js';
 
 /** @typedef {'en' | 'de'} Language */
 /** A text with {name} for its values; with a number `n` also one text for each form of the plural.
@@ -13,6 +14,8 @@ import { insist } from './insist.js';
 
 /** @type {Language[]} */
 export const LANGUAGES = ['en', 'de'];
+/** Parts that may be wanted first have one file together. */
+const FIRST = ['page', 'lesson', 'netgame'];
 const KEPT = 'laglab.language';
 /** For who translates: `stringTest=double` shows each text twice, and so on (www/js/base/string_test.js). */
 const TRIED = new URLSearchParams(location.search).get('stringTest');
@@ -40,7 +43,7 @@ function first() {
 let wish = first();
 /** @type {Set<string>} */
 const wanted = new Set();
-/** @type {Map<string, Promise<Part>>} */
+/** By their file. @type {Map<string, Promise<Record<string, Part>>>} */
 const asked = new Map();
 /** What is shown. @type {import('@preact/signals-core').Signal<{language: Language, words: Record<string, Text>,
  * parts: Record<string, Part>}>} */
@@ -52,18 +55,18 @@ export const decimalPoint = computed(() => (language.value === 'en' ? '.' : (1.5
 const plural = computed(() => new Intl.PluralRules(language.value));
 
 /** @param {Language} name @param {string} part @returns {Promise<Part>} */
-function read(name, part) {
-  const path = `words/${name}/${part}.json`;
+async function read(name, part) {
+  const path = `words/${name}/${FIRST.includes(part) ? 'first' : part}.json`;
   const answer =
     asked.get(path) ??
     insist(async () => {
-      const file = await fetch(new URL(`../../${path}`, import.meta.url));
+      const file = await fetch(placeOf(path));
       if (!file.ok) throw new Error(`${path}: ${file.status}`);
-      const part = await file.json();
-      return TRIED === null ? part : (await import('./string_test.js')).stretched(part, TRIED);
+      return file.json();
     });
   asked.set(path, answer);
-  return answer;
+  const found = (await answer)[part];
+  return TRIED === null ? found : (await import('./string_test.js')).stretched(found, TRIED);
 }
 
 /** Shows the wanted language once all wanted parts of it are read. @returns {Promise<void>} */

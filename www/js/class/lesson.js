@@ -1,6 +1,7 @@
 // Questions of the library of lessons: their text and choices, in the language of the page.
 import { signal } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
+import { placeOf } from '../base/place.js';
 import { digits, language, t } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
@@ -17,7 +18,7 @@ const reading = new Map();
 
 /** @param {string} name below www/lessons */
 async function file(name) {
-  const answer = await fetch(new URL(`../../lessons/${name}.json`, import.meta.url));
+  const answer = await fetch(placeOf(`lessons/${name}.json`));
   return answer.ok ? answer.json() : null;
 }
 

@@ -17,9 +17,15 @@ import { file, language, ready, word } from './words.js';
 
 /** Of lessons/index.json, by their order. @type {import('@preact/signals-core').Signal<Row[]>} */
 const rows = signal([]);
-insist(() => file('lessons/index.json')).then((/** @type {Row[]} */ list) => {
-  rows.value = list.sort((a, b) => a.order - b.order);
-});
+let reading = false;
+/** Reads them when the list is first shown. */
+function read() {
+  if (reading) return;
+  reading = true;
+  insist(() => file('lessons/index.json')).then((/** @type {Row[]} */ list) => {
+    rows.value = list.sort((a, b) => a.order - b.order);
+  });
+}
 
 const sought = signal('');
 
@@ -95,6 +101,7 @@ function joining() {
 
 /** @returns {Template} */
 export function door() {
+  read();
   if (!ready.value) return html`<main class="door" id="views" tabindex="-1"></main>`;
   const questions = rows.value.filter((row) => row.topic === 'questions' && fitting(row)),
     none =

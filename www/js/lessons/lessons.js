@@ -1,7 +1,6 @@
 // The lessons: a list of questions, and each with its steps next to a lab. What the rest of the page uses of them.
 import { html } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
-import { styleSheet } from '../base/api.js';
 import { speakIn } from '../base/words.js';
 import { showAddress } from '../session/params.js';
 import { lesson } from '../session/state.js';
@@ -11,9 +10,6 @@ import { LANGUAGES, language, word } from './words.js';
 export { light } from './controls.js';
 export { door } from './door.js';
 export { caption, page } from './rail.js';
-
-/** The style is there: importers wait for it. */
-export const ready = styleSheet('lessons');
 
 /** The choice of the language. @returns {import('lit-html').TemplateResult} */
 export function languages() {

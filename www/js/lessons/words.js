@@ -1,5 +1,6 @@
 // Texts of the lessons in the language that is shown.
 import { computed, effect } from '../../vendor/signals-core.js';
+import { placeOf } from '../base/place.js';
 import { digits, has, language, need, speakIn } from '../base/words.js';
 import { lesson } from '../session/state.js';
 
@@ -10,7 +11,7 @@ const PLACEHOLDER = /\{([^{}]*)\}/g;
 
 /** A file of the page, as JSON. @param {string} path @returns {Promise<any>} */
 export async function file(path) {
-  const answer = await fetch(new URL(`../../${path}`, import.meta.url));
+  const answer = await fetch(placeOf(path));
   if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
   return answer.json();
 }

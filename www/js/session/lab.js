@@ -30,7 +30,6 @@
  * @property {Record<string, number>} rates  of the channels to subscribe to, Hz
  * @property {Record<string, Slow>} [slow]  by scenario
  * @property {Study} [study]
- * @property {() => void} [ahead]  asks for its modules before they are wanted
  * @property {() => Promise<Lab>} load
  */
 

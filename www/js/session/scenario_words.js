@@ -1,5 +1,6 @@
 // Titles and texts of the library's scenarios in the page's language. The daemon has them in English; words/scenarios has the others.
 import { effect, signal } from '../../vendor/signals-core.js';
+import { placeOf } from '../base/place.js';
 import { language } from '../base/words.js';
 import { params, scenarios } from './state.js';
 
@@ -11,7 +12,7 @@ async function read(name) {
   translated.value = {};
   if (name === 'en') return;
   try {
-    const answer = await fetch(new URL(`../../words/scenarios/${name}.json`, import.meta.url)),
+    const answer = await fetch(placeOf(`words/scenarios/${name}.json`)),
       all = answer.ok ? await answer.json() : {};
     if (name === language.peek()) translated.value = all;
   } catch {

@@ -15,4 +15,3 @@ export const begun = begin(
 /** The lab that is read before the session's kind is known: that of the scenario's folder, else the first. */
 export const likely = LABS.find(({ kind, sessionless }) => !sessionless && link.scenario.startsWith(`${kind}/`)) ?? LABS[0];
 if (begun) need(likely.kind);
-if (link.experiment === null && link.lesson?.id !== '') likely.ahead?.();

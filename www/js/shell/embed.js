@@ -1,6 +1,5 @@
 // The page in a frame of a course's page: the views, what they show, play and scrub, and the way to all of it.
 import { html, nothing } from '../../vendor/lit-html.js';
-import { styleSheet } from '../base/api.js';
 import { writeLesson, writeQuery } from '../base/link.js';
 import { t } from '../base/words.js';
 import { link } from '../session/opening.js';
@@ -10,7 +9,6 @@ import { timeBar } from './bar.js';
 
 /** @typedef {import('../../vendor/lit-html.js').TemplateResult} Template */
 
-export const styled = styleSheet('embed');
 document.documentElement.dataset.embed = 'yes';
 
 /** The same without the frame. */

@@ -10,8 +10,7 @@ let reading = false;
 effect(() => {
   if (lesson.value === null || reading) return;
   reading = true;
-  part(() => import('../lessons/lessons.js')).then(async (read) => {
-    await read.ready;
+  part(() => import('../lessons/lessons.js')).then((read) => {
     lessons.value = read;
   });
 });

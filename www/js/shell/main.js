@@ -22,6 +22,7 @@ import {
   session,
   tradeoff,
 } from '../session/state.js';
+import { palette } from '../draw/palette.js';
 import * as controls from '../workbench/controls.js';
 import { shown } from '../draw/shown.js';
 import { slowing } from '../session/time.js';
@@ -33,7 +34,7 @@ import * as loop from './loop.js';
 import * as page from './page.js';
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
-Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs, shown }) });
+Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs, palette, shown }) });
 
 register(LABS, likely);
 
@@ -49,29 +50,44 @@ async function showFirst({ opened, line }) {
 if (begun) showFirst(begun).catch(failed);
 else if (lesson.value !== null && link.problems.length > 0) ready.then(() => notify(problems(), true));
 
-await ready; /* asked for before anything else */
-const WAIT_MS = 400;
-if (begun) {
-  /* the page is laid out once, not twice, when the session's layout arrives soon */
-  await new Promise((done) => {
+const WAIT_MS = 400,
+  FIRST_MS = 150 /* the first frames have the machine and the line to themselves */,
+  IDLE_MS = 500;
+/** The page is laid out once, not twice, when the session's layout arrives soon. */
+const laidOut = () =>
+  new Promise((done) => {
     setTimeout(done, WAIT_MS);
     effect(() => {
       if (layout.value !== null) done(null);
     });
   });
-}
 
-if (link.room !== null) part(() => import('../class/room.js')).then((room) => room.enter(link.room ?? '', link.roomKey));
-page.listen();
-controls.listen();
-keys.listen();
-announce.listen();
-const slowed = effect(() => {
-  if (session.value === null || !slowing()) return;
-  queueMicrotask(() => slowed());
-  part(() => import('./slow.js')).then((slow) => slow.listen());
-});
-loop.listen();
+/** Not by awaiting in the module itself, which the files of other parts import. */
+async function begin() {
+  await ready; /* asked for before anything else */
+  if (begun) await laidOut();
+  if (link.room !== null) part(() => import('../class/room.js')).then((room) => room.enter(link.room ?? '', link.roomKey));
+  page.listen();
+  controls.listen();
+  keys.listen();
+  announce.listen();
+  const slowed = effect(() => {
+    if (session.value === null || !slowing()) return;
+    queueMicrotask(() => slowed());
+    part(() => import('./slow.js')).then((slow) => slow.listen());
+  });
+  loop.listen();
+  const waiting = effect(() => {
+    /* a request before the first frame delays that frame */
+    if (frame.value === null && experiment.value === null && (lesson.value?.id !== '' || lessons.value === null)) return;
+    queueMicrotask(() => waiting());
+    setTimeout(readSchemas);
+    setTimeout(() => (globalThis.requestIdleCallback ?? setTimeout)(readMore, { timeout: IDLE_MS }), FIRST_MS);
+  });
+  addEventListener('hashchange', moved);
+  addEventListener('popstate', back);
+}
+begin();
 
 /** @type {Set<string>} */
 const asked = new Set();
@@ -92,16 +108,6 @@ function readMore() {
     scenarios.value = answer.scenarios ?? [];
   });
 }
-const FIRST_MS = 150 /* the first frames have the machine and the line to themselves */,
-  IDLE_MS = 500;
-const waiting = effect(() => {
-  /* a request before the first frame delays that frame */
-  if (frame.value === null && experiment.value === null && (lesson.value?.id !== '' || lessons.value === null)) return;
-  queueMicrotask(() => waiting());
-  setTimeout(readSchemas);
-  setTimeout(() => (globalThis.requestIdleCallback ?? setTimeout)(readMore, { timeout: IDLE_MS }), FIRST_MS);
-});
-
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
   /* then the session waits: Play is what comes next */
   const stop = effect(() => {
@@ -129,7 +135,7 @@ function followTradeoff() {
   if (at !== null && at !== tradeoff.value) openTradeoff(at);
   return at !== null;
 }
-addEventListener('hashchange', () => {
+function moved() {
   if (follow() || followTradeoff()) return;
   /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash),
@@ -138,9 +144,9 @@ addEventListener('hashchange', () => {
   else if (tab) choose(tab.scenario, undefined, false);
   else if (location.hash.startsWith('#class') && location.hash !== place.value.at) location.reload();
   else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
-});
-addEventListener('popstate', () => {
+}
+function back() {
   if (follow() || followTradeoff()) return;
   if ((experiment.value !== null || lesson.value !== null) && readExperiment(location.hash) === null) location.reload();
   else if (session.value?.own && location.search.includes('scenario=') && location.search !== writeQuery(link)) reopen();
-});
+}

@@ -26,8 +26,7 @@ function notes() {
 /** Of a page in a frame of another. @type {import('@preact/signals-core').Signal<((content: Template) => Template) | null>} */
 const embedded = signal(null);
 if (link.embed)
-  part(() => import('./embed.js')).then(async ({ page, styled }) => {
-    await styled;
+  part(() => import('./embed.js')).then(({ page }) => {
     embedded.value = page;
   });
 

@@ -1,9 +1,7 @@
 // The buttons next to a view or a chart: save its image, save its data. What they do is read when the first is pressed.
 import { html, nothing, render } from '../../vendor/lit-html.js';
-import { part, styleSheet } from '../base/api.js';
+import { part } from '../base/api.js';
 import { t } from '../base/words.js';
-
-styleSheet('takeaway');
 
 const ICONS = {
   image: 'M3 4h18v16H3zM5 6v9l4-4 4 4 2-2 4 4V6zM15 8h2v2h-2z',

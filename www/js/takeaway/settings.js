@@ -1,6 +1,7 @@
 // The settings that differ from the scenario's, in words: for captions and headers of files.
 import { call } from '../base/api.js';
 import { letter } from '../base/format.js';
+import { placeOf } from '../base/place.js';
 import { find, labelOf, valueAt } from '../base/schema.js';
 import { link } from '../session/opening.js';
 import { shownScenario } from '../session/session.js';
@@ -18,7 +19,7 @@ const reading = new Map();
 export function wordsOf(language) {
   const now =
     reading.get(language) ??
-    fetch(new URL(`../../words/${language}.json`, import.meta.url)).then((answer) => {
+    fetch(placeOf(`words/${language}.json`)).then((answer) => {
       if (answer.ok) return answer.json();
       throw new Error(`words: ${answer.status}`);
     });

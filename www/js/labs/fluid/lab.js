@@ -1,9 +1,8 @@
 // The fluid lab: fluids side by side, their errors and costs; a person can drag them.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { styleSheet } from '../../base/api.js';
 import { fixed, short } from '../../base/format.js';
-import { locked, session } from '../../session/state.js';
+import { frame as shownFrame, locked, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn, touch } from '../../draw/redraw.js';
@@ -30,8 +29,6 @@ import { t } from '../../base/words.js';
 /** @typedef {import('./fluids.js').Layer} Layer */
 /** @typedef {import('./fluids.js').FluidLayout} FluidLayout */
 
-await styleSheet('fluid');
-
 /** Of each fluid. @type {Record[]} */
 let records = [];
 /** By layer. @type {Map<string, Scale>} */
@@ -39,7 +36,7 @@ let scales = new Map();
 /** Names of the numbers that are plotted; empty: as suits the scene. @type {import('@preact/signals-core').Signal<string[]>} */
 const plotted = signal(['', '']);
 
-export const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
+const drag = new PointerDrag((world) => fluids()[world]?.view ?? []);
 const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
 /** The unit that the help of a layer ends with. @param {Layer} layer */
 const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';
@@ -370,4 +367,13 @@ effect(() => {
 });
 
 /** @type {import('../../session/lab.js').Lab} */
-export const lab = { template, draw };
+export const lab = {
+  template,
+  draw,
+  facts: () => ({
+    fluids: { get: () => shownFrame.value && fluidsOf(shownFrame.value) },
+    profiles: { get: () => profiles.value },
+    view: { get: () => fluids()[0]?.view },
+    drag: { value: drag },
+  }),
+};

@@ -7,7 +7,7 @@ import { change } from '../../session/params.js';
 import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
 import { titleOf } from '../../session/scenario_words.js';
-import { layout, locked, params, scenarios, schema, session } from '../../session/state.js';
+import { frame as shownFrame, layout, locked, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn, touch } from '../../draw/redraw.js';
@@ -43,7 +43,7 @@ const overlaid = signal(0);
 
 /** @returns {RigidLayout | null} */
 const rigid = () => layout.value?.given.rigid ?? null;
-export const drag = new PointerDrag(() => rigid()?.view ?? []);
+const drag = new PointerDrag(() => rigid()?.view ?? []);
 const words = (/** @type {string} */ name) => called('rigid', name);
 /** A setting's name within a sentence, where English has no capitals. @param {string} name */
 const settingOf = (name) => (language.value === 'en' ? words(name) : (inputOf('rigid', `solver.${name}`)?.label ?? words(name)));
@@ -437,7 +437,11 @@ export const lab = {
   begin,
   draw,
   rates,
-  facts: () => ({ remembered: { get: () => record.tracks.map(({ t }) => t) } }),
+  facts: () => ({
+    remembered: { get: () => record.tracks.map(({ t }) => t) },
+    scene: { get: () => shownFrame.value && sceneOf(shownFrame.value) },
+    drag: { value: drag },
+  }),
   tables: async () => ({
     phases: () => ({
       columns: [{ name: 'part', unit: '' }, ...worlds().map((i) => ({ name: nameOf(i), unit: 'ms' }))],

@@ -2,6 +2,7 @@
 import { computed, effect, signal } from '../../../../vendor/signals-core.js';
 import { letter } from '../../../base/format.js';
 import { insist } from '../../../base/insist.js';
+import { placeOf } from '../../../base/place.js';
 import { language as spoken } from '../../../base/words.js';
 
 /** @typedef {{label: string, tip: string}} Entry */
@@ -14,7 +15,7 @@ export const words = signal(null);
 /** @param {string} language @returns {Promise<void>} */
 async function read(language) {
   const file = await insist(async () => {
-    const answer = await fetch(new URL(`../../../../words/${language}.json`, import.meta.url));
+    const answer = await fetch(placeOf(`words/${language}.json`));
     if (!answer.ok) throw new Error(`words: ${answer.status}`);
     return answer.json();
   });

@@ -1,11 +1,6 @@
 // What the page knows of the lab of netgames before it is read.
 import { need } from '../../../base/words.js';
-
-/** Its modules are asked for at once, not each when the one before it is read. */
-function ahead() {
-  const list = /** @type {HTMLTemplateElement | null} */ (document.getElementById('first-lab'));
-  if (list) document.head.append(list.content);
-}
+import { lab } from './lab.js';
 
 /** @type {import('../../../session/lab.js').About} */
 export const about = {
@@ -27,10 +22,8 @@ export const about = {
     repeats: '5',
     brief_s: 10,
   },
-  ahead,
   load: async () => {
-    ahead();
-    const [{ lab }] = await Promise.all([import('./lab.js'), need('netgame')]);
+    await need('netgame');
     return lab;
   },
 };

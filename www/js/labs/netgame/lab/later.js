@@ -1,16 +1,18 @@
 // What loads after the first frame: the library of the curves; and when a dialog or an inspector is wanted, or soon after, these.
 import { effect } from '../../../../vendor/signals-core.js';
-import { insist, styleSheet } from '../../../base/api.js';
 import { need } from '../../../base/words.js';
 import { frame } from '../../../session/state.js';
 import { dialog } from '../../../workbench/dialog.js';
 import { inspector, inspectors } from '../core/inspector.js';
+import { INSPECTORS } from '../inspectors/inspectors.js';
+import { shots } from '../inspectors/shots.js';
 import { Chart } from '../views/chart.js';
+import { dialogs, help } from './dialogs.js';
+import { errata } from './errata.js';
 import { noteBy, plotBy } from './side.js';
+import { tables } from './tables.js';
 
 const REST_MS = 1500;
-
-styleSheet('vendor/uplot');
 
 plotBy(Chart);
 
@@ -18,7 +20,7 @@ let shot = false;
 effect(() => {
   if (shot || (frame.value?.shots?.length ?? 0) === 0) return;
   shot = true;
-  Promise.all([insist(() => import('../inspectors/shots.js')), need('netgame_more')]).then(([{ shots }]) => {
+  need('netgame_more').then(() => {
     inspectors.value = [...inspectors.value, shots];
   });
 });
@@ -33,13 +35,8 @@ const wanted = new Promise((done) => {
 /** @returns {Promise<Partial<import('../../../session/lab.js').Lab>>} */
 export async function rest() {
   await wanted;
-  const [{ dialogs, help }, { errata }, { INSPECTORS }] = await Promise.all([
-    import('./dialogs.js'),
-    import('./errata.js'),
-    import('../inspectors/inspectors.js'),
-    need('netgame_more'),
-  ]);
+  await need('netgame_more');
   inspectors.value = [...INSPECTORS, ...inspectors.value];
   noteBy(errata);
-  return { dialogs, help, tables: () => import('./tables.js').then(({ tables }) => tables) };
+  return { dialogs, help, tables: async () => tables };
 }

@@ -1,7 +1,6 @@
 // The packet view: one input followed through both loops. Read when it is opened.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { signal } from '../../../../vendor/signals-core.js';
-import { styleSheet } from '../../../base/api.js';
 import { letter } from '../../../base/format.js';
 import { palette } from '../../../draw/palette.js';
 import { touch } from '../../../draw/redraw.js';
@@ -19,8 +18,6 @@ import { numbersOf, partsOf, wayOf } from './way.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 const REST = 0.25; /* of the way, that an arrived one stays while the next are followed */
-
-styleSheet('packet');
 
 /** The way as the text has it: another object only where a station or the fate is another.
  * @type {import('@preact/signals-core').Signal<Way | null>} */

@@ -1,6 +1,7 @@
 // Words of the packet view in the page's language.
 import { computed, effect, signal } from '../../../../vendor/signals-core.js';
 import { insist } from '../../../base/insist.js';
+import { placeOf } from '../../../base/place.js';
 import { digits, language } from '../../../base/words.js';
 
 export { language };
@@ -13,7 +14,7 @@ effect(() => {
   if (asked.has(name)) return;
   asked.add(name);
   insist(async () => {
-    const answer = await fetch(new URL(`../../../../words/packet/${name}.json`, import.meta.url));
+    const answer = await fetch(placeOf(`words/packet/${name}.json`));
     if (!answer.ok) throw new Error(`words: ${answer.status}`);
     return answer.json();
   }).then((words) => {
