@@ -151,8 +151,7 @@ export function journeys(launch, missing = '') {
     await seen(visitor, () => document.querySelector('#run') !== null && !document.querySelector('#run:disabled'), null, 'a form');
     await pushOn(visitor, '#run');
     await there(visitor, '[data-state="done"]');
-    await there(visitor, 'tr[data-point="4"]');
-    await seen(visitor, `() => (${painted})('#scatter').colours > 3`, null, 'points');
+    await seen(visitor, `() => (${painted})('#chart-0').colours > 3`, null, 'points');
     await shot(visitor, `${browser.name}-experiments`);
     await quiet(visitor);
     await visitor.close();

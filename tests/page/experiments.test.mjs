@@ -19,18 +19,42 @@ after(async () => {
   await daemon?.stop();
 });
 
+/** Opens what is behind buttons. @param {import('playwright-core').Page} page */
+async function openDrawers(page) {
+  for (const name of ['settings', 'table', 'files', 'request']) {
+    const button = page.locator(`[data-drawer="${name}"]`);
+    if ((await button.getAttribute('aria-expanded')) === 'false') await button.click();
+    await page.locator(`section#drawer-${name}`).waitFor();
+  }
+}
+
 /** Opens the view and waits until the form is counted. @param {any} [wish] */
-async function open(wish = {}) {
+async function visitView(wish = {}) {
   const { query = '', hash = '#experiments', ...more } = wish;
   const visited = await visit(browser, daemon.url + query + hash, { allowed: /status of 400/, ...more, wait: false });
   await visited.page.locator('#run:not([disabled])').waitFor();
   return visited;
 }
 
+/** The same with all that is behind buttons; without an id with five lags alone in place of the finished experiment. @param {any} [wish] */
+async function open(wish = {}) {
+  const visited = await visitView(wish),
+    { page } = visited;
+  await openDrawers(page);
+  if (wish.hash) return visited;
+  await page.selectOption('#of', 'race');
+  await until(async () => (await specification(page)).axes[0]?.values.length === 6, 'what suits a race');
+  await page.selectOption('#compared', '');
+  await page.locator('[data-axis="0.values"]').fill('0, 50, 100, 200, 500');
+  await until(async () => (await specification(page)).axes[0].values.length === 5, 'five lags');
+  await counted(page);
+  return visited;
+}
+
 /** @param {import('playwright-core').Page} page @param {string} id */
 async function begin(page, id) {
-  await page.selectOption('#library', id);
   await page.waitForFunction(() => document.querySelectorAll('#library option').length > 3);
+  await page.selectOption('#library', id);
   await counted(page);
 }
 /** Until the number of runs is that of what is written. @param {import('playwright-core').Page} page */
@@ -90,7 +114,7 @@ test('notes above the results: runs too short, a metric that no run has, a rule 
 
 test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
   const { page, complaints, close } = await open();
-  await reads(estimate(page), /^5 runs of 5 points, about/);
+  await reads(estimate(page), /^5 runs of 5 points, less than a second/);
   for (const [id, path] of [
     ['motion/pendulum', 'methods.0.dt_s'],
     ['rigid/pyramid', 'solver.iterations'],
@@ -202,8 +226,9 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
     rows.some((row) => row.runs < 40),
     'some means were known before',
   );
-  await page.locator('#again').click();
-  await page.locator('#new').click();
+  await page.reload();
+  await page.locator('#run:not([disabled])').waitFor();
+  await openDrawers(page);
   await settles(async () => (await specification(page)).until, until, 'what was run is the form again');
   await page.locator('#until').uncheck();
   await settles(async () => (await specification(page)).until, undefined);
@@ -268,8 +293,9 @@ test('windows: by time, while a condition holds, renamed, refused at its fields,
   );
   assert.notEqual(rows[1][`${error}@spate_zeit`], rows[1][error]);
   await reads(page.locator('.points thead'), /Player A: Others, error, mean \(m\), in window spate_zeit/);
-  await page.locator('#again').click();
-  await page.locator('#new').click();
+  await page.reload();
+  await page.locator('#run:not([disabled])').waitFor();
+  await openDrawers(page);
   await settles(async () => (await specification(page)).windows, windows, 'what was run is the form again');
   await page.getByRole('button', { name: 'Remove window spate_zeit' }).click();
   await settles(async () => (await specification(page)).windows, windows.slice(1));
@@ -365,7 +391,7 @@ test('of many points those under others are not drawn, and it says how many; the
   const text = await reads(page.locator('#covered'), /points lie under others/);
   const said = Number(/^([\d,]+) of 3,000 points lie under others/.exec(text)?.[1]?.replace(',', ''));
   assert.ok(said > 100 && said < 2950, text);
-  await reads(page.locator('.outcome'), /2,900 more points/);
+  await reads(page.locator('#drawer-table'), /2,900 more points/);
   await page.locator('tr[data-point="7"] th').click();
   await reads(page.locator('#point'), /^Point 7\b/);
   await page.focus('#scatter-box');
@@ -400,7 +426,8 @@ test('a work-precision experiment is written for a scenario of each kind, and fr
   await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null);
   const { players } = await page.evaluate(() => globalThis.laglab().params);
   await page.locator('#speed-against-error').click();
-  await page.locator('#run:not([disabled])').waitFor();
+  await page.waitForFunction(() => document.querySelector('[data-state="done"]') !== null && document.querySelector('#scatter') !== null); // by itself
+  await openDrawers(page);
   const { scenario, cost } = await specification(page);
   assert.deepEqual([scenario.players.length, scenario.players[2].lag_ms, cost], [8, players[2].lag_ms, 'cost.ns_per_sim_s']);
   assert.deepEqual(complaints, []);
@@ -509,12 +536,14 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
 
   // A reload, and another tab of the same browser.
   await page.reload();
+  await openDrawers(page);
   await page.locator('tr[data-point="19"]').waitFor();
   await settles(() => page.locator('.mine li').count(), 1);
   const other = await context.newPage();
   await other.goto(`${daemon.url}#experiments`);
   await other.locator('.mine li', { hasText: 'Done' }).waitFor();
   await other.locator(`[data-id="${id}"]`).click();
+  await other.locator('[data-drawer="table"]').click();
   await other.locator('tr[data-point="19"]').waitFor();
   await other.getByRole('button', { name: /^Delete/ }).click();
   await other.locator('.mine').waitFor({ state: 'detached' });

@@ -232,7 +232,7 @@ test('the help has the keys and views of the lab that is shown: driving only wit
   for (const lab of [...LABS.map(({ name }) => name), 'Experiments']) {
     await button(page, lab).click();
     await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
-    await page.waitForSelector('main.step');
+    await page.waitForSelector(lab === 'Experiments' ? 'main.sweeps' : 'main.step');
     const { found, keys } = await captions();
     assert.deepEqual(found, ['Keys'], lab);
     assert.ok(keys.includes('F') && !keys.includes('G') && !keys.includes('A, D'), lab);

@@ -376,6 +376,7 @@ test('German: experiments, from the form to the results', () =>
   walk('#experiments', WIDE, async (page, look) => {
     await page.locator('#run:not([disabled])').waitFor();
     await look('form');
+    for (const name of ['settings', 'table', 'files', 'request']) await page.locator(`[data-drawer="${name}"]`).click();
     await page.locator('#until').check();
     await page.selectOption('#sampling', 'saltelli');
     await page.locator('#add-axis').click();
@@ -383,7 +384,7 @@ test('German: experiments, from the form to the results', () =>
     await page.locator('#until').uncheck();
     await page.locator('#repeats').fill('2');
     await page.selectOption('#sampling', 'none');
-    await page.locator('[data-axis-field] button.small').nth(1).click();
+    await page.locator('[data-axis-field] button.small').nth(2).click();
     await refreshes(page, 30);
     await page.locator('#run:not([disabled])').click();
     await page.locator('[data-state="done"]').waitFor();
@@ -392,7 +393,6 @@ test('German: experiments, from the form to the results', () =>
     for (const id of ['motion/pendulum', 'rigid/pyramid', 'fluid/taylor_green']) {
       await page.selectOption('#of', id);
       const heard = async () => JSON.stringify(await page.locator('.curl, textarea').first().inputValue()).includes(id);
-      if ((await page.locator('#new').count()) > 0) await page.locator('#new').click();
       await until(heard, `a form of ${id}`);
       await refreshes(page, 30);
       await look(id);

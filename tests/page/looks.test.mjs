@@ -218,7 +218,7 @@ test('what is empty, being read or failed says so in words', async () => {
   await unknown.close();
 
   const experiments = await visit(browser, `${daemon.url}#experiments`, { wait: false });
-  await reads(experiments.page.locator('main'), /No runs yet/);
+  await reads(experiments.page.locator('main h1'), /^Prediction cures your own car, not the others\.$/);
   await experiments.close();
 });
 

@@ -140,11 +140,12 @@ test('the projector’s colours hide no explanation and shrink no panel', async 
   await close();
 });
 
-test('an experiment is presented by its scatter plot, or says that there is none', async () => {
+test('an experiment is presented by what it shows, and its pictures', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#experiments`, { wait: false });
   await on(page);
-  await settles(() => page.locator('.fields').isVisible(), false);
-  await reads(page.locator('.drawings'), /No runs yet/);
+  await settles(() => page.locator('#chart-1').isVisible(), true);
+  await settles(() => page.locator('.saying').isVisible(), false);
+  await reads(page.locator('#headline'), /^Prediction cures/);
   assert.deepEqual(await axe(page), []);
   await page.keyboard.press('Escape');
   await off(page);

@@ -252,8 +252,9 @@ test('an experiment: the points as image and data, with what is varied', async (
   assert.equal(made.status, 202, JSON.stringify(made.body));
   const { page, close } = await visit(browser, `${daemon.url}#experiments=${made.body.id}`, { wait: false });
   await until(async () => (await api(daemon.url, `experiments/${made.body.id}`)).body.state === 'done', 'its end');
-  await page.getByRole('button', { name: 'Save data: Points', exact: true }).waitFor();
-  const { comments, header, rows } = csvOf((await save(page, 'data', 'Points')).bytes);
+  const picture = 'Player A: Age of the others, mean (ms)';
+  await page.getByRole('button', { name: `Save data: ${picture}`, exact: true }).waitFor();
+  const { comments, header, rows } = csvOf((await save(page, 'data', picture)).bytes);
   assert.match(comments[0], /Lag and age/);
   assert.match(comments[1], /Player A: One-way lag = 0, 100, 200/);
   assert.match(comments[2], new RegExp(`laglab ${(await version()).replace(/[+.]/g, '\\$&')}`));
@@ -262,7 +263,7 @@ test('an experiment: the points as image and data, with what is varied', async (
     `${header}`,
   );
   assert.equal(rows.length, 3);
-  assert.match(textsOf((await save(page, 'image', 'Points')).bytes).Title, /Lag and age – Points/);
+  assert.equal(textsOf((await save(page, 'image', picture)).bytes).Title, `Lag and age – ${picture}`);
   await close();
 });
 

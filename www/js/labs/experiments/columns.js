@@ -1,7 +1,7 @@
 // What a table of points holds: which column is which, and which points are on the front.
 import { fixed, localized } from '../../base/format.js';
 import { t } from '../../base/words.js';
-import { chosenName, metricName, wholeName } from './names.js';
+import { chosenName, metricName, wholeName } from './form/names.js';
 
 /** @typedef {import('./shown.js').Cells} Cells */
 /** @typedef {{name: string, path: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column  name: of the cell */

@@ -1,10 +1,14 @@
 // What is plotted of an experiment: the axes, the series, the front.
 import { computed, signal } from '../../../vendor/signals-core.js';
-import { columnsOf, errorAndCostOf, frontMetricsOf, frontOfAll, numberOf } from './columns.js';
-import { metricAt, variablesIn } from './draft.js';
-import { metricName } from './names.js';
+import { localized, plain } from '../../base/format.js';
+import { t, unitName } from '../../base/words.js';
+import { columnsOf, errorAndCostOf, formatValue, frontMetricsOf, frontOfAll, numberOf } from './columns.js';
+import { metricAt, variablesIn } from './form/draft.js';
+import { inputName, metricName, wholeName } from './form/names.js';
 import { SERIES_MAX, seriesOf } from './scatter.js';
-import { points, record, scenario, selected } from './shown.js';
+import { askedBy } from './examples.js';
+import { seriesIn } from './finding.js';
+import { before, finished, points, record, scenario, selected } from './shown.js';
 
 /** Choices of a person; empty ones follow from the experiment.
  * @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
@@ -40,7 +44,8 @@ export const plotted = computed(() => {
     axes = columns.value.filter((column) => column.kind === 'axis');
   const known = (/** @type {string} */ name) => columns.value.some((column) => column.name === name && column.numbers);
   const varies = (/** @type {string} */ name) => new Set(points.value.map((row) => row[name])).size > 1;
-  const x = known(c.x) ? c.x : known(cost) && varies(cost) ? cost : (axes.find((column) => column.numbers)?.name ?? cost);
+  const against = record.value?.experiment.cost ? cost : '' /* else what is varied is an axis */,
+    x = known(c.x) ? c.x : known(against) && varies(against) ? cost : (axes.find((column) => column.numbers)?.name ?? cost);
   const y = known(c.y) ? c.y : error;
   const several = (/** @type {string} */ name) => {
     const n = seriesOf(points.value, name).length;
@@ -68,6 +73,91 @@ export const plotsErrorAndCost = computed(() => {
   );
 });
 
+// ---- lines over what is varied ----
+
+/** The points, and those of the run before where their own are still to come.
+ * @type {import('@preact/signals-core').ReadonlySignal<import('./shown.js').Cells[]>} */
+export const drawn = computed(() => {
+  const there = new Set(points.value.map((row) => row.point));
+  /** @type {import('./shown.js').Cells[]} */
+  const old = before.value.filter((row) => !there.has(row.point ?? null)).map((row) => ({ ...row, old: true }));
+  return [...points.value, ...old].sort((a, b) => Number(a.point) - Number(b.point));
+});
+
+/** What was varied as numbers, which lies across, and what is compared, of which each value has a line: by their columns. Null where the
+ * points make no such lines: drawn at random, against a cost, or over more axes.
+ * @type {import('@preact/signals-core').ReadonlySignal<{x: string, xPath: string, by: string, byPath: string} | null>} */
+export const lined = computed(() => {
+  const of = record.value?.experiment,
+    rows = drawn.value;
+  if (!of || of.cost || of.sample || rows.length === 0) return null;
+  const groups = (of.axes ?? []).map((/** @type {any} */ axis) =>
+    (axis.zip ?? [axis]).map((/** @type {any} */ one) => columns.value.find((column) => column.path === one.path)).filter(Boolean),
+  );
+  const count = (/** @type {string} */ name) => new Set(rows.map((row) => row[name])).size;
+  const across = groups.find((/** @type {any[]} */ group) => group[0]?.numbers && count(group[0].name) > 1),
+    others = groups.filter((/** @type {any[]} */ group) => group !== across);
+  if (!across || others.length > 1) return null;
+  const [x] = across,
+    by = [...(others[0] ?? [])].sort((a, b) => count(b.name) - count(a.name))[0],
+    lines = by ? count(by.name) : 1;
+  if (lines > SERIES_MAX || rows.length > lines * count(x.name)) return null;
+  return { x: x.name, xPath: x.path, by: by?.name ?? '', byPath: by?.path ?? '' };
+});
+
+/** The example whose question is asked, if one is. */
+export const asked = computed(() => (record.value ? askedBy(finished.value, record.value.experiment) : undefined));
+
+/** What is varied, with its unit. @param {string} path */
+export function inputLabel(path) {
+  const unit = units.value.get(path),
+    plainly = t(`experiments.label.${path}`);
+  if (plainly === '') return wholeName(path, unit, scenario.value);
+  return unit && unit !== 'Hz' ? `${plainly}, ${unitName(unit)}` : plainly;
+}
+/** A value of what is varied, as a sentence has it. @param {string} path @param {number} value */
+export function inputValue(path, value) {
+  const unit = units.value.get(path);
+  return `${localized(plain(value))}${unit ? ` ${unitName(unit)}` : ''}`;
+}
+/** Of what was measured. @param {string} path @returns {string} */
+export const unitSaid = (path) => unitName(unitOf(path) ?? '');
+/** @param {string} path of a metric: how its picture is called */
+export const metricSaid = (path) => t(`experiments.metric.${path}`) || named(path);
+/** A line's value, of what is compared. @param {string} name */
+export const valueSaid = (name) =>
+  formatValue(Number.isNaN(Number(name)) || name === '' ? name : Number(name), lined.value?.byPath ?? '', scenario.value);
+/** A line's name. @param {string} name */
+export function lineSaid(name) {
+  const path = lined.value?.byPath ?? '';
+  return path === '' ? '' : `${inputName(path, '', scenario.value)} ${valueSaid(name)}`;
+}
+/** What is measured, in its lines. @type {import('@preact/signals-core').ReadonlySignal<import('./finding.js').Measured[]>} */
+export const measured = computed(() => {
+  const of = lined.value;
+  if (!of) return [];
+  return record.value.experiment.metrics.map((/** @type {string} */ path) => ({
+    path,
+    series: seriesIn(drawn.value, of.x, of.by, path),
+    name: metricSaid(path),
+    unit: unitSaid(path),
+  }));
+});
+
+/** All that was tried of what lies across. */
+export const tried = computed(() =>
+  [...new Set(drawn.value.map((row) => numberOf(row, lined.value?.x ?? '')).filter(Number.isFinite))].sort((a, b) => a - b),
+);
+
+/** The place that is marked: that of the selected point; else that of the example, or one past the middle. */
+export const marked = computed(() => {
+  const row = points.value[selected.value],
+    own = asked.value?.at ?? Number.NaN;
+  if (row && lined.value) return numberOf(row, lined.value.x);
+  return tried.value.includes(own) ? own : (tried.value[Math.floor(0.6 * tried.value.length)] ?? Number.NaN);
+});
+/** The points there, one of each line. */
+export const atMark = computed(() => points.value.filter((row) => lined.value && numberOf(row, lined.value.x) === marked.value));
 /** @param {number} index */
 export function select(index) {
   selected.value = index;

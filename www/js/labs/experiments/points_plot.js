@@ -7,6 +7,7 @@ import { palette } from '../../draw/palette.js';
 import { theme } from '../../session/state.js';
 import { onto } from '../../workbench/canvas.js';
 import { mark } from '../../workbench/player_mark.js';
+import { drawCharts } from './charts.js';
 import { boundsOf, formatValue, meanOf, numberOf, spreadOf } from './columns.js';
 import { chosen, columns, front, labelOf, named, plotsErrorAndCost, plotted, positive, select } from './plotted.js';
 import { SERIES_MAX, drawScatter, nearest, seriesOf } from './scatter.js';
@@ -149,6 +150,7 @@ export function scatter() {
 // ---- drawing ----
 
 function draw() {
+  drawCharts(palette());
   onto('scatter', (surface) => {
     const drawn = drawScatter(
       surface,

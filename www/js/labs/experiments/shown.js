@@ -7,8 +7,9 @@ import { keep } from '../../session/opening.js';
 import { show } from '../../session/session.js';
 import { showAddress } from '../../session/params.js';
 import { experiment, notify } from '../../session/state.js';
-import { readSchema } from './draft.js';
-import { needKind } from './names.js';
+import { readSchema, start } from './form/draft.js';
+import { IDS, OWN, examples } from './examples.js';
+import { needKind } from './form/names.js';
 import { Progress, isOver } from './progress.js';
 
 /** @typedef {{id: string, key: string, title: string, state: string, done: number, runs: number}} Kept  key is empty for a reader */
@@ -20,6 +21,10 @@ export const record = signal(null);
 export const scenario = signal(null);
 /** A row of means per point. @type {import('@preact/signals-core').Signal<Cells[]>} */
 export const points = signal([]);
+/** Points of the run before, where the same was run: until their own come. @type {import('@preact/signals-core').Signal<Cells[]>} */
+export const before = signal([]);
+/** The finished experiments that ship with the page. @type {import('@preact/signals-core').Signal<import('./examples.js').Example[]>} */
+export const finished = signal([]);
 /** The selected point, by its index in `points`; -1: none. */
 export const selected = signal(-1);
 /** Why there is nothing to show: end of the key of its words. */
@@ -28,7 +33,9 @@ export const missing = signal('');
 export const way = signal('');
 
 export const POINTS_MAX = 20000;
-const READ_MS = 1500; /* between two readings of the points while it runs */
+const READ_MS = 1500 /* between two readings of the points while it runs */,
+  FEW_MS = 300,
+  FEW = 200; /* where they are no more than this */
 
 // ---- one's own ----
 
@@ -90,7 +97,7 @@ let read = { at: -Infinity, done: -1 };
 async function readPoints(id, last) {
   const now = record.value;
   if (reading || now?.id !== id || now.points > POINTS_MAX || now.done === read.done) return;
-  if (!last && performance.now() - read.at < READ_MS) return;
+  if (!last && performance.now() - read.at < (now.points <= FEW ? FEW_MS : READ_MS)) return;
   reading = true;
   const done = now.done;
   try {
@@ -117,16 +124,44 @@ function follow(id, report) {
   readPoints(id, isOver(report.state));
 }
 
+/** The experiment that was begun here, which is what is written already. */
+let begun = '';
+
+/** The whole scenario of an experiment, when the names of its kind are there. @param {any} of */
+async function scenarioOf({ scenario_id: id = '', scenario: given }) {
+  const whole = typeof given === 'object' && given !== null ? given : await call('GET', `scenarios/${id || given}`);
+  await Promise.all([readSchema(whole.kind), needKind(whole.kind)]);
+  return whole;
+}
+
+/** One that ships with the page, as if it were the daemon's. @param {string} id */
+async function loadFinished(id) {
+  finished.value = await examples();
+  const found = finished.value.find((one) => one.id === (id || IDS[0]));
+  if (!found) return;
+  const whole = await scenarioOf(found.experiment);
+  if (experiment.value !== id) return;
+  const { experiment: of, points: rows } = found,
+    runs = rows.reduce((sum, row) => sum + Number(row.runs), 0);
+  batch(() => {
+    scenario.value = whole;
+    record.value = { id: '', ships: found.id, state: 'done', runs, done: runs, points: rows.length, repeats: of.repeats, experiment: of };
+    points.value = rows;
+  });
+  start(of);
+}
+
 /** @param {string} id */
 async function load(id) {
   try {
+    if (id === '' || IDS.includes(id)) return await loadFinished(id);
+    finished.value = await examples();
     const now = await call('GET', `experiments/${id}`);
-    const { scenario_id: of = '', scenario: given } = now.experiment;
-    const whole = typeof given === 'object' && given !== null ? given : await call('GET', `scenarios/${of || given}`);
-    await Promise.all([readSchema(whole.kind), needKind(whole.kind)]);
+    const whole = await scenarioOf(now.experiment);
     if (experiment.value !== id) return;
     scenario.value = whole;
     record.value = now;
+    if (id !== begun) start(now.experiment);
     note(id, { state: now.state, done: now.done, runs: now.runs });
     progress = new Progress(id, (report) => follow(id, report));
     readPoints(id, true);
@@ -147,10 +182,11 @@ effect(() => {
     record.value = null;
     scenario.value = null;
     points.value = [];
+    before.value = [];
     selected.value = -1;
     missing.value = '';
   });
-  if (id) load(id);
+  if (id !== null && id !== OWN) load(id);
 });
 
 /** @param {string} id empty: none */
@@ -164,11 +200,14 @@ export function look(id) {
 /** @param {unknown} error */
 const detailOf = (error) => (error instanceof Error ? error.message : t('session.no_answer_now'));
 
-/** @param {object} specification @param {string} title */
-export async function run(specification, title) {
-  const made = await make('experiments', specification);
+/** @param {object} specification @param {string} title @param {boolean} again whether its points replace those that are shown */
+export async function run(specification, title, again) {
+  const made = await make('experiments', specification),
+    old = again ? points.value : [];
+  begun = made.id;
   writeKept([{ id: made.id, key: made.owner_key, title, state: 'running', done: 0, runs: made.runs }, ...kept.value]);
   look(made.id);
+  before.value = old;
   speak('experiment', t('experiments.spoken.started', { n: made.runs }));
 }
 
@@ -201,13 +240,20 @@ export async function remove(id) {
 /** The first run of a point. @param {Cells} row */
 export const runOf = (row) => Number(row.point) * record.value.repeats;
 
-/** The first run of a point as a live session. @param {Cells} row */
+/** The first run of a point, as a session is made of it. @param {Cells} row */
+async function firstRun(row) {
+  const { id, experiment: of } = record.value;
+  if (id !== '') return { scenario: await call('GET', `experiments/${id}/runs/${runOf(row)}`) };
+  const varied = of.axes.map((/** @type {any} */ { path }) => [path, row[path]]);
+  return { scenario: of.scenario, set: { ...of.set, ...Object.fromEntries(varied) } };
+}
+
+/** The same as a live session. @param {Cells} row */
 export async function live(row) {
   try {
-    const scenario = await call('GET', `experiments/${record.value.id}/runs/${runOf(row)}`);
     const paused = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true } : {};
     const { workload } = record.value.experiment;
-    const made = await make('sessions', { scenario, ...(workload ? { workload } : {}), ...paused });
+    const made = await make('sessions', { ...(await firstRun(row)), ...(workload ? { workload } : {}), ...paused });
     keep(made.id, made.owner_key, false);
     history.pushState(null, '', location.pathname + location.search);
     experiment.value = null;

@@ -1,71 +1,74 @@
-// Next to the results: their files, the experiments that this browser keeps, and the same by program.
-import { html, nothing } from '../../../vendor/lit-html.js';
-import { address } from '../../base/api.js';
-import { t } from '../../base/words.js';
-import { experiment, notify } from '../../session/state.js';
+// Beside the pictures: what one sees in them, the marked runs live, other finished experiments and one's own.
+import { html, nothing, svg } from '../../../vendor/lit-html.js';
+import { rich, t } from '../../base/words.js';
+import { experiment } from '../../session/state.js';
 import { tradeoffButton } from '../../workbench/work_precision.js';
-import { draft, specification, start } from './draft.js';
-import { stateOf } from './names.js';
-import { kept, look, record, remove } from './shown.js';
+import { findingOf, plainly, seriesIn } from './finding.js';
+import { stateOf } from './form/names.js';
+import { asked, atMark, inputValue, lined, lineSaid, marked, measured, valueSaid } from './plotted.js';
+import { finished, kept, live, look, record, remove } from './shown.js';
 import { many } from './table.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-const FORMATS = /** @type {[string, string][]} */ ([
-  ['csv', 'CSV'],
-  ['ndjson', 'NDJSON'],
-  ['json', 'JSON'],
-  ['sqlite', 'SQLite'],
-]);
+/** What the points show, if they show what the question is about. */
+const finding = () => findingOf(asked.value?.id ?? '', measured.value, marked.value, inputValue(lined.value?.xPath ?? '', marked.value));
 
-/** @param {any} r @returns {Template} */
-function files(r) {
-  const links = (/** @type {string} */ more, /** @type {string} */ name) => html`<p
-      class="links">${FORMATS.map(
-        ([format, label]) => html`<a href=${address(`experiments/${r.id}/results?format=${format}${more}`).href}
-    download=${`${name}.${format}`}>${label}</a>`,
-      )}</p>`;
-  return html`<section class="about files" aria-label=${t('experiments.results')}><h2>${t('experiments.results')}</h2>
-    <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank"
-      rel="noopener">${t('experiments.report')}</a></p>
-    <h3>${t('experiments.row_per_run')}</h3>${links('', 'runs')}
-    <h3>${t('experiments.row_per_point')}</h3>${links('&points=true', 'points')}</section>`;
+/** What the experiment is called: what it shows, where it shows it. @returns {string} */
+export function headline() {
+  const found = finding(),
+    r = record.value;
+  return found ? t(found.title) : r?.title || r?.experiment.scenario?.title || t('experiments.experiment');
 }
 
-/** As a shell takes it. @param {string} text */
-const quoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
+/** What a value of the sentence is about is in bold. @param {import('./finding.js').Said} said */
+const said = ({ key, values }) =>
+  html`<p>${rich(key, Object.fromEntries(Object.entries(values).map(([name, text]) => [name, /^(whose|x0|x1|at)$/.test(name) ? text : html`<b>${text}</b>`])))}</p>`;
 
-/** The same by program. @param {any} r the experiment shown, if any @returns {string} */
-function curl(r) {
-  const at = address('experiments').href,
-    body = r ? r.experiment : specification(draft.value);
-  /** @type {any} */
-  const brief = { ...body };
-  if (brief.scenario_id) {
-    /* the library has it */
-    brief.scenario = brief.scenario_id;
-    delete brief.scenario_id;
-  }
-  const id = r ? r.id : 'ID';
-  return [
-    `curl -d ${quoted(JSON.stringify(brief))} -H 'Content-Type: application/json' ${at}`,
-    `curl ${at}/${id}`,
-    `curl '${at}/${id}/results?format=csv'`,
-  ].join('\n');
+/** @returns {Template | typeof nothing} */
+function seen() {
+  const of = lined.value;
+  if (!of) return nothing;
+  const sentences = finding()?.sentences ?? plainly(measured.value, lineSaid, (x) => inputValue(of.xPath, x));
+  return html`<section class="fact" id="seen"><h2>${t('experiments.see')}</h2>${sentences.map(said)}</section>`;
 }
 
-/** Also where the page is no secure context, which has no clipboard. @param {Event} event */
-async function copy(event) {
-  const area = /** @type {HTMLElement} */ (event.currentTarget).parentElement?.parentElement?.querySelector('textarea');
-  if (!area) return;
-  area.select();
-  const done = navigator.clipboard
-    ? await navigator.clipboard.writeText(area.value).then(
-        () => true,
-        () => false,
+/** The marked points as live sessions. @returns {Template | typeof nothing} */
+function alive() {
+  const of = lined.value,
+    rows = atMark.value;
+  if (!of || rows.length === 0) return nothing;
+  return html`<section class="fact" id="alive"><h2 aria-live="polite">${t('experiments.at', { x: inputValue(of.xPath, marked.value) })}</h2>
+    <div class="acts">${rows.map(
+      (row) => html`<button type="button" data-live=${row.point} @click=${() => live(row)}><svg class="sign" viewBox="0 0 12 12"
+        aria-hidden="true"><path d="M2 1l9 5-9 5z"></path></svg>${of.by === '' ? t('experiments.alive') : t('experiments.alive_with', { line: valueSaid(String(row[of.by])) })}</button>`,
+    )}</div></section>`;
+}
+
+/** A finished one in small: its first metric. @param {import('./examples.js').Example} one */
+function small({ experiment: of, points }) {
+  const lines = seriesIn(points, of.axes[0].path, of.axes[1].path, of.metrics[0]),
+    all = lines.flatMap(({ places }) => places),
+    [left, right] = [Math.min(...all.map((p) => p.x)), Math.max(...all.map((p) => p.x))],
+    most = Math.max(...all.map((p) => p.y));
+  const path = (/** @type {import('./finding.js').Series} */ { places }) =>
+    places
+      .map(
+        (p, i) => `${i === 0 ? 'M' : 'L'}${(3 + (42 * (p.x - left)) / (right - left)).toFixed(1)} ${(25 - (22 * p.y) / most).toFixed(1)}`,
       )
-    : document.execCommand('copy');
-  notify(t(done ? 'experiments.copied' : 'experiments.not_copied'));
+      .join('');
+  return html`<svg class="sketched" viewBox="0 0 48 28" aria-hidden="true">${lines.map((line, i) => svg`<path data-line=${i} d=${path(line)}></path>`)}</svg>`;
+}
+
+/** @returns {Template} */
+function others() {
+  return html`<section class="fact" id="others"><h2>${t('experiments.start_other')}</h2><ul>${finished.value
+    .filter(({ id }) => id !== record.value?.ships)
+    .map(
+      (one) =>
+        html`<li><button type="button" class="quiet" data-ships=${one.id} @click=${() => look(one.id)}>${small(one)}<span>${t(`experiments.ships.${one.id}`)}</span></button></li>`,
+    )}</ul>
+    ${tradeoffButton('')}</section>`;
 }
 
 /** An experiment that this browser keeps. @param {(typeof kept.value)[number]} one @returns {Template} */
@@ -77,27 +80,11 @@ function keptRow({ id, title, state, done, runs }) {
         @click=${() => remove(id)}>${t('experiments.delete')}</button></li>`;
 }
 
-const newButton = () => html`<button type="button" class="small" id="new" @click=${() => look('')}>${t('experiments.mine.none')}</button>`;
+/** @returns {Template | typeof nothing} */
+const mine = () =>
+  kept.value.length === 0
+    ? nothing
+    : html`<section class="fact" aria-label=${t('experiments.mine')}><h2>${t('experiments.mine')}</h2><ul class="mine">${kept.value.map(keptRow)}</ul></section>`;
 
 /** @returns {Template} */
-function list() {
-  return html`<section class="about" aria-label=${t('experiments.mine')}><div class="head"><h2>${t('experiments.mine')}</h2>
-      ${experiment.value ? newButton() : nothing}</div>
-    ${
-      kept.value.length === 0 ? html`<p>${t('experiments.mine.empty')}</p>` : html`<ul class="mine">${kept.value.map(keptRow)}</ul>`
-    }</section>`;
-}
-
-/** @param {any} r the experiment shown, if any @returns {Template} */
-const byProgram = (r) => html`<section class="about" aria-label=${t('experiments.api')}><div class="head"><h2>${t('experiments.api')}</h2>
-        <button type="button" class="small" id="copy" @click=${copy}>${t('experiments.copy')}</button></div>
-        <textarea readonly rows="7" aria-label=${t('experiments.curl')} .value=${curl(r)}></textarea></section>`;
-
-/** @returns {Template} */
-export function side() {
-  const r = record.value;
-  const again = () => html`<button type="button" id="again" @click=${() => start(r.experiment)}>${t('experiments.again')}</button>`;
-  return html`<aside class="side" aria-label=${t('experiments.side')}>${r ? html`${files(r)}${again()}` : nothing}${list()}
-      ${tradeoffButton('')}
-      ${byProgram(r)}</aside>`;
-}
+export const side = () => html`<aside class="beside" aria-label=${t('experiments.side')}>${seen()}${alive()}${others()}${mine()}</aside>`;

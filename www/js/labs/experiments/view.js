@@ -1,23 +1,28 @@
-// The Experiments view: the form, the runs and their progress, what is known of the points, and the side column.
+// The Experiments view: the sentence of the experiment, what its points show, and behind buttons the rest of it.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, untracked } from '../../../vendor/signals-core.js';
 import { constant, styleSheet } from '../../base/api.js';
 import { fixed } from '../../base/format.js';
-import { t } from '../../base/words.js';
-import { link } from '../../session/opening.js';
-import { experiment } from '../../session/state.js';
-import { workPrecisionOf } from '../../workbench/work_precision.js';
-import { notesOf } from './columns.js';
-import { choose, draft, measure, scenario, watch } from './draft.js';
-import { form, library } from './form.js';
-import { isOver } from './progress.js';
-import { stateOf, wholeName } from './names.js';
-import { chosen, named } from './plotted.js';
-import { redraw, scatter, tableOf } from './points_plot.js';
-import { POINTS_MAX, control, keyOf, missing, points, record, renewKept, scenario as whole, way } from './shown.js';
-import { side } from './side.js';
-import { many, renewTable, table } from './table.js';
 import { message } from '../../base/messages.js';
+import { t } from '../../base/words.js';
+import { experiment, theme } from '../../session/state.js';
+import { workPrecisionOf } from '../../workbench/work_precision.js';
+import { addAxis } from './form/axes.js';
+import { charts } from './charts.js';
+import { notesOf } from './columns.js';
+import { draft, estimate, measure, watch } from './form/draft.js';
+import { drawer, drawerButton, openDrawer } from './form/drawers.js';
+import { OWN } from './examples.js';
+import { files, request } from './files.js';
+import { form, library } from './form/form.js';
+import { isOver } from './progress.js';
+import { stateOf, wholeName } from './form/names.js';
+import { chosen, lined, marked, measured, named } from './plotted.js';
+import { redraw, scatter, tableOf } from './points_plot.js';
+import { chooseButton, isChanged, order, sentenceForm } from './sentence.js';
+import { POINTS_MAX, control, keyOf, look, missing, points, record, renewKept, scenario as whole, selected, way } from './shown.js';
+import { headline, side } from './side.js';
+import { many, renewTable, table } from './table.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
@@ -51,62 +56,109 @@ const noticesOf = (r) => [
   ...notesOf(r.experiment, points.value, named),
 ];
 
-/** @param {any} r @returns {Template} */
-function progressPanel(r) {
-  const reads = keyOf(r.id) === '' && !isOver(r.state);
-  return html`<section class="progress" aria-label=${t('experiments.progress')} data-state=${r.state} data-way=${way.value}>
-    <div class="head"><h2 id="shown-title">${r.title || r.experiment.scenario?.title || t('experiments.experiment')}</h2>
-      ${isOver(r.state) ? nothing : acts(r)}</div>
-    ${r.experiment.text ? html`<p class="facts" lang="en">${r.experiment.text}</p>` : nothing}
-    <progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
-    <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${paceOf(r)}</p>
-    ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
-    ${reads ? html`<p class="facts">${t('experiments.read_only')}</p>` : nothing}
-    ${noticesOf(r).map((text) => html`<p class="facts" role="note">${text}</p>`)}
-    ${r.points > POINTS_MAX ? html`<p class="facts">${t('experiments.too_many', { n: many(r.points) })}</p>` : nothing}</section>`;
+/** How far it is, and what else there is of it. @returns {Template | typeof nothing} */
+function foot() {
+  const r = record.value;
+  if (!r) return nothing;
+  const over = isOver(r.state),
+    reads = !over && keyOf(r.id) === '',
+    seconds = Number(r.experiment.set?.duration_s ?? whole.value?.duration_s);
+  const runs = t('experiments.runs', { n: r.runs, count: many(r.runs) });
+  return html`<section class="account progress" aria-label=${t('experiments.progress')} data-state=${r.state} data-way=${way.value}>
+    ${
+      over
+        ? html`<p id="progress-text"><b>${r.state === 'done' ? t('experiments.runs_of', { runs, seconds: fixed(seconds, Number.isInteger(seconds) ? 0 : 1) }) : stateOf(r.state)}</b>
+          <span class="facts">${t('experiments.each', { n: r.repeats })} ${points.value.some(hasInterval) ? t('experiments.bars') : ''}</span></p>`
+        : html`<progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
+          <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${paceOf(r)}</p>${acts(r)}`
+    }
+    <span class="acts">${drawerButton('table', t('experiments.table_button'))}${drawerButton('files', t('experiments.files_button'))}${drawerButton(
+      'request',
+      t('experiments.request_button'),
+    )}</span>
+    ${r.experiment.text ? html`<p class="facts whole" lang="en">${r.experiment.text}</p>` : nothing}
+    ${r.held_back ? html`<p class="facts whole" id="held-back">${r.held_back}</p>` : nothing}
+    ${reads ? html`<p class="facts whole">${t('experiments.read_only')}</p>` : nothing}
+    ${noticesOf(r).map((text) => html`<p class="facts whole" role="note">${text}</p>`)}
+    ${r.points > POINTS_MAX ? html`<p class="facts whole">${t('experiments.too_many', { n: many(r.points) })}</p>` : nothing}</section>`;
+}
+
+/** @param {import('./shown.js').Cells} row */
+const hasInterval = (row) => Object.keys(row).some((name) => name.endsWith('.ci95') && row[name] !== null);
+
+/** @returns {Template} */
+function pictures() {
+  const r = record.value;
+  if (missing.value !== '') return html`<p class="empty">${t(`experiments.${missing.value}`)}</p>`;
+  if (lined.value) return charts();
+  if (points.value.length > 0) return scatter();
+  if (!r) return html`<p class="empty">${t(experiment.value === OWN ? 'experiments.not_run' : 'experiments.loading')}</p>`;
+  return html`<p class="empty">${r.points > POINTS_MAX ? '' : t(isOver(r.state) ? 'experiments.no_run_ended' : 'experiments.no_points')}</p>`;
 }
 
 /** @returns {Template} */
-function results() {
-  const r = record.value;
-  if (missing.value !== '') return html`<p class="empty">${t(`experiments.${missing.value}`)}</p>`;
-  if (experiment.value && !r) return html`<p class="empty">${t('experiments.loading')}</p>`;
-  if (!r) {
-    return html`<div class="empty"><h2>${t('experiments.empty')}</h2><p>${t('experiments.empty.text')}</p></div>`;
-  }
-  return html`${progressPanel(r)}${
-    points.value.length > 0
-      ? html`${scatter()}${table()}`
-      : html`<p class="empty">${r.points > POINTS_MAX ? '' : t(isOver(r.state) ? 'experiments.no_run_ended' : 'experiments.no_points')}</p>`
-  }`;
-}
+const more = () => html`<div class="more"><button type="button" id="another-axis" @click=${addAxis}>${t('experiments.axis.add')}</button>
+  ${chooseButton('choose')}
+  <button type="button" id="to-repeats" @click=${() => openDrawer('settings', '#repeats')}>${t('experiments.repeats_button', { n: draft.value.repeats })}</button>
+  ${drawerButton('settings', t('experiments.settings'))}
+  <span class="facts">${t('experiments.select_point')}</span></div>`;
 
 /** @returns {Template} */
 function template() {
-  return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
-    <div class="outcome"><div class="drawings" tabindex="0" role="region" aria-label=${t('experiments.experiment')}>${results()}</div>
-    ${side()}</div></main>`;
+  const changed = record.value !== null && isChanged();
+  return html`<main class="sweeps" id="views" tabindex="-1"><h1 id="headline">${headline()}</h1>${sentenceForm()}
+    ${changed ? html`<p class="changed" role="note">${t('experiments.changed')}</p>` : nothing}
+    <div class="finding" data-changed=${String(changed)}><div class="pictures">${pictures()}</div>${side()}</div>
+    ${foot()}${more()}
+    ${drawer('settings', t('experiments.settings'), form)}
+    ${drawer('table', t('experiments.table_button'), () => (points.value.length === 0 ? nothing : html`${lined.value ? scatter() : nothing}${table()}`))}
+    ${drawer('files', t('experiments.results'), files)}
+    ${drawer('request', t('experiments.api'), request)}</main>`;
 }
 
+effect(() => {
+  measured.value;
+  marked.value;
+  selected.value;
+  theme.value;
+  redraw();
+});
 effect(() => {
   /* another experiment, another plot */
   experiment.value;
   chosen.value = { x: '', y: '', by: null, logX: null, logY: null };
   renewTable();
 });
+/** A work-precision diagram of a session's scenario runs at once, if it takes no longer than this, s of a core. */
+const AT_ONCE_S = 120;
+/** @param {any} wanted a scenario */
+function runDiagram(wanted) {
+  look(OWN);
+  estimate.value = null;
+  measure(wanted);
+  const done = effect(() => {
+    if (experiment.value !== OWN) setTimeout(() => done());
+    else if (draft.value.cost !== '' && estimate.value !== null) {
+      const { estimated_cpu_s: seconds } = estimate.value;
+      setTimeout(() => done());
+      if (seconds <= AT_ONCE_S) untracked(order);
+    }
+  });
+}
+
 let begun = false;
 /** The first time that the view is wanted. */
 export function begin() {
   if (begun) return;
   begun = true;
+  if (experiment.value === OWN && draft.value.axes.length === 0) look(''); /* an address that was kept: what it was of is gone */
   watch();
   effect(() => {
     const wanted = workPrecisionOf.value;
     if (wanted === null) return;
-    untracked(() => measure(wanted));
+    untracked(() => runDiagram(wanted));
     workPrecisionOf.value = null;
   });
-  if (scenario.value === null && typeof draft.value.scenario === 'string') choose(link.first);
   renewKept();
   constant('experiments/library').then(
     (answer) => {
@@ -148,7 +200,5 @@ export const lab = {
   template,
   rendered: redraw,
   about,
-  tables: async () => ({
-    scatter: tableOf,
-  }),
+  tables: async () => Object.fromEntries(['scatter', ...measured.value.map((_, i) => `chart-${i}`)].map((id) => [id, tableOf])),
 };

@@ -1,6 +1,6 @@
 // What parameters and metrics are called: by the kind of their scenario, with whose they are and their units. Paths stand in tooltips.
-import { language, choiceOf, nameOf, need, t, unitName } from '../../base/words.js';
-import { labelOf } from '../../base/schema.js';
+import { language, choiceOf, nameOf, need, t, unitName } from '../../../base/words.js';
+import { labelOf } from '../../../base/schema.js';
 import { LENGTH } from './parts.js';
 
 /** Of a path. @typedef {(path: string) => string | undefined} UnitOf */

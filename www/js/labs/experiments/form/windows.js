@@ -1,6 +1,6 @@
 // The windows of an experiment: parts of its runs, from one time to another or while a condition holds, and the metrics in them.
-import { html, nothing } from '../../../vendor/lit-html.js';
-import { t } from '../../base/words.js';
+import { html, nothing } from '../../../../vendor/lit-html.js';
+import { t } from '../../../base/words.js';
 import { draft, metricAt, own, scenario, traced } from './draft.js';
 import { invalid, number, sentence, valueOf } from './fields.js';
 import { addPart, changePart, removePart, toggleMetric } from './kept.js';

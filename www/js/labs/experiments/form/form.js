@@ -1,37 +1,13 @@
 // The form of an experiment: scenario, axes, fixed values, replicates, metrics; errors appear at the field that the daemon names.
-import { html, nothing } from '../../../vendor/lit-html.js';
-import { signal } from '../../../vendor/signals-core.js';
-import { Problem, call } from '../../base/api.js';
-import { localized, plain } from '../../base/format.js';
-import { language, rich, t } from '../../base/words.js';
-import { labs } from '../../session/labs.js';
-import { fullTitleOf } from '../../session/scenario_words.js';
-import { scenarios } from '../../session/state.js';
+import { html, nothing } from '../../../../vendor/lit-html.js';
+import { signal } from '../../../../vendor/signals-core.js';
+import { call } from '../../../base/api.js';
+import { t } from '../../../base/words.js';
 import { axesPanel } from './axes.js';
-import {
-  checking,
-  choose,
-  draft,
-  estimate,
-  helpOf,
-  metricAt,
-  measure,
-  metrics,
-  own,
-  refuse,
-  refused,
-  scenario,
-  specification,
-  start,
-  unread,
-  variable,
-  variables,
-  write,
-} from './draft.js';
-import { helpOf as ruleHelp, valueOf, sentence, elsewhere, number, rangeOf, invalid, parameter } from './fields.js';
+import { draft, helpOf, metricAt, measure, metrics, own, scenario, start, variable, variables, write } from './draft.js';
+import { helpOf as ruleHelp, valueOf, sentence, number, rangeOf, invalid, parameter } from './fields.js';
 import { toggleMetric } from './kept.js';
 import { metricName, metricTip, wholeName } from './names.js';
-import { run } from './shown.js';
 import { windowsPanel } from './windows.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -39,7 +15,6 @@ import { windowsPanel } from './windows.js';
 /** Experiments of the library. @type {import('@preact/signals-core').Signal<{id: string, title: string, text: string}[]>} */
 export const library = signal([]);
 const sought = signal('');
-const beginning = signal(false);
 
 // ---- names ----
 
@@ -71,29 +46,14 @@ function libraryChoice() {
 
 /** @returns {Template} */
 function scenarioPanel() {
-  const d = draft.value,
-    now = typeof d.scenario === 'string' ? d.scenario : '',
-    bad = invalid('scenario');
-  const group = (/** @type {string} */ label, /** @type {string} */ kind) => {
-    const rows = scenarios.value.filter((row) => row.kind === kind);
-    return rows.length === 0
-      ? nothing
-      : html`<optgroup label=${label}>${rows.map(
-          (row) => html`<option value=${row.id} .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
-        )}</optgroup>`;
-  };
+  const d = draft.value;
   return html`<fieldset class="panel server">${head(t('experiments.scenario'))}
     ${libraryChoice()}
-    <label class="field choice"><span>${t('experiments.scenario')}</span><select id="of" aria-invalid=${bad.is} aria-describedby=${bad.by}
-      @change=${(/** @type {Event} */ event) => choose(valueOf(event))}>
-      ${now === '' ? html`<option value="" selected disabled>${scenario.value?.title || t('experiments.as_it_has')}</option>` : nothing}
-      ${labs.value.map((lab) => group(t(lab.group), lab.kind))}</select></label>
     <button type="button" id="trade"
       title=${t('experiments.diagram_tip')}
       ?disabled=${scenario.value === null}
         @click=${() =>
           measure(typeof d.scenario === 'string' && d.scenario !== '' ? d.scenario : scenario.value)}>${t('workbench.diagram')}</button>
-    ${sentence('scenario')}${unread.value === '' ? nothing : html`<p class="wrong">${unread.value}</p>`}
     ${d.title === '' ? nothing : html`<p class="facts">${d.title}</p>`}</fieldset>`;
 }
 
@@ -268,53 +228,9 @@ function metricsPanel() {
     ${d.metrics.length > 1 ? frontPanel() : nothing}</fieldset>`;
 }
 
-// ---- the order ----
-
-/** @param {number} seconds */
-function duration(seconds) {
-  if (seconds < 1) return t('experiments.less_than_second');
-  if (seconds < 120) return `${Math.round(seconds)} s`;
-  return seconds < 7200 ? `${Math.round(seconds / 60)} min` : `${localized(plain(Number((seconds / 3600).toPrecision(3))))} h`;
-}
-
-async function order() {
-  beginning.value = true;
-  try {
-    const d = draft.value;
-    await run(specification(d), d.title || scenario.value?.title || t('experiments.experiment'));
-    document.querySelector('.sweeps .drawings')?.scrollIntoView({ block: 'nearest' });
-  } catch (error) {
-    refuse(error);
-    if (!(error instanceof Problem)) throw error;
-  } finally {
-    beginning.value = false;
-  }
-}
-
-/** @returns {Template} */
-function orderPanel() {
-  const e = estimate.value;
-  const many = (/** @type {string} */ key, /** @type {number} */ n) => t(key, { n, count: n.toLocaleString(language.value) });
-  return html`<div class="order"><div
-    id="estimate">${
-      e
-        ? rich('experiments.estimate', {
-            runs: html`<b>${many('experiments.runs', e.runs)}</b>`,
-            points: many('experiments.of_points', e.points),
-            time: duration(e.estimated_cpu_s),
-          })
-        : t(!checking.value && refused.value.size > 0 ? 'experiments.incomplete' : 'experiments.counting')
-    }</div>
-    ${elsewhere().map((detail) => html`<p class="wrong">${detail}</p>`)}
-    <button type="button" id="run" class="primary" ?disabled=${beginning.value || e === null}
-      @click=${order}>${t('experiments.run')}</button></div>`;
-}
-
-/** @returns {Template} */
+/** All that the sentence has no place for. @returns {Template} */
 export function form() {
-  return html`<form class="methods" aria-label=${t('experiments.form')}
+  return html`<form class="fields" aria-label=${t('experiments.specification')}
     @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
-    <div class="fields" tabindex="0" role="group"
-      aria-label=${t('experiments.specification')}>${scenarioPanel()}${axesPanel()}${fixedPanel()}${metricsPanel()}${windowsPanel()}</div>
-    ${orderPanel()}</form>`;
+    <div>${scenarioPanel()}${fixedPanel()}</div><div>${axesPanel()}</div><div>${metricsPanel()}</div><div>${windowsPanel()}</div></form>`;
 }

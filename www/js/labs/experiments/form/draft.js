@@ -1,16 +1,16 @@
 // The experiment that is being written: texts as they are typed, and the specification that they make.
-import { batch, computed, effect, signal } from '../../../vendor/signals-core.js';
-import { Problem, call, constant, make } from '../../base/api.js';
-import { metricHelp, metricRow } from '../../base/metrics.js';
-import { find, open, rowOf, schemaOf, valueAt } from '../../base/schema.js';
-import { t } from '../../base/words.js';
-import { labs } from '../../session/labs.js';
-import { link } from '../../session/opening.js';
-import { schemas } from '../../session/state.js';
+import { batch, computed, effect, signal } from '../../../../vendor/signals-core.js';
+import { Problem, call, constant, make } from '../../../base/api.js';
+import { metricHelp, metricRow } from '../../../base/metrics.js';
+import { find, open, rowOf, schemaOf, valueAt } from '../../../base/schema.js';
+import { t } from '../../../base/words.js';
+import { labs } from '../../../session/labs.js';
+import { link } from '../../../session/opening.js';
+import { schemas } from '../../../session/state.js';
 import { needKind } from './names.js';
 import { bareOf, partJson, partOf, toNumber } from './parts.js';
 
-/** @typedef {import('../../base/schema.js').Row} Row */
+/** @typedef {import('../../../base/schema.js').Row} Row */
 /** @typedef {{path: string, row: Row, value: unknown}} Variable  value: the scenario's */
 /** @typedef {{path: string, joined: boolean, list: boolean, values: string, from: string, to: string, count: string,
  *   levels: string, log: boolean}} Axis
@@ -61,7 +61,7 @@ export const metrics = signal([]);
 /** Columns of its trace, which has a row per tick. @type {import('@preact/signals-core').Signal<string[]>} */
 export const traced = signal([]);
 /** What they are, of every kind; null until it is read.
- * @type {import('@preact/signals-core').Signal<import('../../base/metrics.js').MetricTables | null>} */
+ * @type {import('@preact/signals-core').Signal<import('../../../base/metrics.js').MetricTables | null>} */
 const tables = signal(null);
 /** What the metric at a path is. @param {string} kind of the scenario @param {string} path */
 export const metricAt = (kind, path) => (tables.value ? metricRow(tables.value, kind, bareOf(path)) : undefined);
@@ -217,8 +217,8 @@ const untilOf = (json) =>
         least: String(json.least ?? ''),
       };
 
-/** Takes an experiment as the starting point. @param {any} json */
-export function take(json) {
+/** An experiment as it is written. @param {any} json @returns {Draft} */
+export function draftOf(json) {
   const {
     scenario: of,
     set = {},
@@ -235,7 +235,7 @@ export function take(json) {
     scenario_id: id = '',
     ...more
   } = json;
-  draft.value = {
+  return {
     scenario: id || of,
     fixed: Object.entries(set).map(([path, value]) => ({ path, value: String(value) })),
     axes: axes.flatMap((/** @type {any} */ axis) =>
@@ -256,6 +256,12 @@ export function take(json) {
   };
 }
 
+/** Values that show most, where the scenario's own says little. @type {Record<string, Partial<Axis>>} */
+const USUAL = {
+  'players.0.lag_ms': { list: true, values: '0, 50, 100, 200, 300, 500' },
+  'methods.0.dt_s': { from: '0.001', to: '0.1', count: '8', log: true },
+};
+
 /** An axis around the scenario's own value. @param {string} path @returns {Axis} */
 export function axisAround(path) {
   const found = variable(path),
@@ -275,13 +281,16 @@ export function axisAround(path) {
     count: '5',
     levels: '',
     log: false,
+    ...USUAL[path],
   };
 }
 
 // ---- the scenario ----
 
 const USUAL_AXES = ['players.0.lag_ms', 'methods.0.dt_s', 'solver.iterations', 'solver.substeps', 'params.n'];
-const USUAL_METRICS = [
+/** What is compared, where a first axis alone could change nothing: a car that predicts answers at once at any lag. */
+const COMPARED = { 'players.0.lag_ms': 'players.0.prediction' };
+export const USUAL_METRICS = [
   'players.0.input_latency_ms.mean',
   'players.0.remote_error_m.mean',
   'methods.0.e_max',
@@ -289,7 +298,7 @@ const USUAL_METRICS = [
   'drift_worst_m',
   'penetration_worst_m',
 ];
-/** @param {string} kind @returns {import('../../session/lab.js').Study} */
+/** @param {string} kind @returns {import('../../../session/lab.js').Study} */
 const studyOf = (kind) => labs.value.find((one) => one.kind === kind)?.study ?? { axes: [], errors: /./, more: [], repeats: '1' };
 
 /** @param {number | undefined} seconds @returns {Fixed[]} */
@@ -348,11 +357,9 @@ async function read(of, fresh) {
 function begin(whole, paths) {
   const usual = USUAL_METRICS.filter((path) => paths.includes(path)).slice(0, 2);
   const path = USUAL_AXES.find((one) => variable(one)) ?? variables.value.find((one) => one.row.type === 'number')?.path ?? '';
-  const axis = axisAround(path);
-  if (path === 'players.0.lag_ms') Object.assign(axis, { list: true, values: '0, 50, 100, 200, 500' });
-  if (path === 'methods.0.dt_s') Object.assign(axis, { from: '0.001', to: '0.1', count: '8', log: true });
+  const axes = [path, /** @type {Record<string, string>} */ (COMPARED)[path] ?? ''].filter((one) => one !== '' && variable(one));
   write({
-    axes: path === '' ? [] : [axis],
+    axes: axes.map(axisAround),
     metrics: usual.length > 0 ? usual : paths.slice(0, 2),
     fixed: shortened(studyOf(whole.kind).brief_s),
   });
@@ -400,7 +407,7 @@ export function choose(id) {
 
 /** An experiment as the starting point, of the library or of one's own. @param {any} json */
 export function start(json) {
-  take(json);
+  draft.value = draftOf(json);
   read(draft.value.scenario, null);
 }
 

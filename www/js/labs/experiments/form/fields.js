@@ -1,7 +1,7 @@
 // Fields of the form of an experiment: a value, a choice of parameters, and what is wrong with them.
-import { html, nothing } from '../../../vendor/lit-html.js';
-import { localized, plain } from '../../base/format.js';
-import { t } from '../../base/words.js';
+import { html, nothing } from '../../../../vendor/lit-html.js';
+import { localized, plain } from '../../../base/format.js';
+import { t } from '../../../base/words.js';
 import { inputName, placeOf } from './names.js';
 import { draft, fieldOf, refused, ruleOf, scenario, variable, variables } from './draft.js';
 

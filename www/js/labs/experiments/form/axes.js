@@ -1,8 +1,9 @@
 // The varied parameters of an experiment, and the sample of their values.
-import { html, nothing } from '../../../vendor/lit-html.js';
-import { localized, plain } from '../../base/format.js';
-import { language, t, unitName } from '../../base/words.js';
+import { html, nothing } from '../../../../vendor/lit-html.js';
+import { localized, plain } from '../../../base/format.js';
+import { language, t, unitName } from '../../../base/words.js';
 import { axisAround, draft, fieldOf, listed, scenario, variable, variables, write } from './draft.js';
+import { openDrawer } from './drawers.js';
 import { helpOf, valueOf, sentence, number, invalid, parameter } from './fields.js';
 import { chosenName, wholeName } from './names.js';
 
@@ -82,7 +83,7 @@ function axisPanel(axis, i) {
       aria-label=${t('experiments.axis.field', { name: label, n })} aria-invalid=${bad.is} aria-describedby=${bad.by}
       .value=${axis[key]} @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
   };
-  return html`<fieldset class="axis" data-axis-field=${field}><legend class="unseen">${t('experiments.axis', { n })}</legend>
+  return html`<fieldset class="axis" data-axis-field=${field} data-axis-place=${i} tabindex="-1"><legend class="unseen">${t('experiments.axis', { n })}</legend>
     <div class="head">${parameter(
       axis.path,
       t('experiments.axis.parameter', { n }),
@@ -168,16 +169,25 @@ function samplePanel() {
     ${sentence('sample')}`;
 }
 
+/** A number that is not varied yet. */
+const free = () => variables.value.find((one) => one.row.type === 'number' && !draft.value.axes.some((axis) => axis.path === one.path));
+
+/** Another axis, which is shown. */
+export function addAxis() {
+  const { axes } = draft.value,
+    found = free();
+  if (!found || axes.length >= AXES_MAX) return;
+  write({ axes: [...axes, axisAround(found.path)] });
+  openDrawer('settings', `[data-axis-place="${axes.length}"]`);
+}
+
 /** @returns {Template} */
 export function axesPanel() {
-  const d = draft.value,
-    free = variables.value.find((one) => one.row.type === 'number' && !d.axes.some((axis) => axis.path === one.path));
+  const d = draft.value;
   return html`<fieldset class="panel server"><legend class="unseen">${t('experiments.axes')}</legend>
     <div class="head"><h2>${t('experiments.varied')}</h2>
-      <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= AXES_MAX}
-        @click=${() => {
-          if (free) write({ axes: [...d.axes, axisAround(free.path)] });
-        }}>${t('experiments.axis.add')}</button></div>
+      <button type="button" class="small" id="add-axis" ?disabled=${!free() || d.axes.length >= AXES_MAX}
+        @click=${addAxis}>${t('experiments.axis.add')}</button></div>
     ${d.axes.length === 0 ? html`<p class="facts">${t('experiments.axes.none')}</p>` : d.axes.map(axisPanel)}
     ${samplePanel()}</fieldset>`;
 }
