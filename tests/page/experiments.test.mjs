@@ -426,7 +426,7 @@ test('a work-precision experiment is written for a scenario of each kind, and fr
   await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null);
   const { players } = await page.evaluate(() => globalThis.laglab().params);
   await page.locator('#speed-against-error').click();
-  await page.waitForFunction(() => document.querySelector('[data-state="done"]') !== null && document.querySelector('#scatter') !== null); // by itself
+  await page.waitForFunction(() => document.querySelector('[data-state="done"]') && document.querySelector('#scatter')); // by itself
   await openDrawers(page);
   const { scenario, cost } = await specification(page);
   assert.deepEqual([scenario.players.length, scenario.players[2].lag_ms, cost], [8, players[2].lag_ms, 'cost.ns_per_sim_s']);

@@ -140,7 +140,7 @@ test('the projector’s colours hide no explanation and shrink no panel', async 
   await close();
 });
 
-test('an experiment is presented by what it shows, and its pictures', async () => {
+test('an experiment is presented by what it shows, and its charts', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#experiments`, { wait: false });
   await on(page);
   await settles(() => page.locator('#chart-1').isVisible(), true);

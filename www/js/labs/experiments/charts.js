@@ -1,5 +1,5 @@
-// What was measured over what was varied: a picture for each metric, with a line for each compared value, its 95 % intervals, the lines'
-// names beside them, and the mark of what the sentences are about.
+// What was measured over what was varied: a chart for each metric, with a line for each compared value, its 95 % intervals, the lines'
+// names next to them, and the mark of what the sentences are about.
 import { html } from '../../../vendor/lit-html.js';
 import { t } from '../../base/words.js';
 import { drawText, outline } from '../../draw/marks.js';
@@ -24,7 +24,7 @@ const PAINTS = [3, 2, 0, 1, 4, 5, 6, 7];
 const DASH = [7, 5];
 export const paintAt = (/** @type {number} */ s) => /** @type {number} */ (PAINTS[s % PAINTS.length]);
 
-/** Drawn points of each picture. @type {Map<string, import('./scatter.js').Spot[]>} */
+/** Drawn points of each chart. @type {Map<string, import('./scatter.js').Spot[]>} */
 const spots = new Map();
 
 /** The point that is drawn at an index, if it is one of this run. @param {number} index @returns {number} its place; -1: none */
@@ -80,15 +80,14 @@ function key(event, { series }) {
 
 /** @param {import('./finding.js').Measured} of @param {number} i @returns {Template} */
 function chart(of, i) {
-  const id = `chart-${i}`;
-  return html`<section class="chart-panel" aria-label=${of.name}><h2 title=${of.path}>${of.name}</h2><div class="view" role="group" tabindex="0"
-    aria-label=${t('experiments.plot.keys')} @pointerdown=${(/** @type {PointerEvent} */ event) => press(event, id)}
-    @pointermove=${(/** @type {PointerEvent} */ event) => hover(event, id)} @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, of)}><canvas
-      id=${id} role="img" data-x=${lined.value?.xPath ?? ''} data-y=${of.path} aria-label=${t('experiments.chart.says', {
-        y: of.name,
-        x: inputLabel(lined.value?.xPath ?? ''),
-        lines: of.series.map(({ name }) => lineSaid(name)).join(', '),
-      })}></canvas><take-away data name=${of.name}></take-away></div></section>`;
+  const id = `chart-${i}`,
+    xPath = lined.value?.xPath ?? '';
+  const says = { y: of.name, x: inputLabel(xPath), lines: of.series.map(({ name }) => lineSaid(name)).join(', ') };
+  return html`<section class="chart-panel" aria-label=${of.name}><h2 title=${of.path}>${of.name}</h2><div class="view" role="group"
+    tabindex="0" aria-label=${t('experiments.plot.keys')} @pointerdown=${(/** @type {PointerEvent} */ event) => press(event, id)}
+    @pointermove=${(/** @type {PointerEvent} */ event) => hover(event, id)}
+    @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, of)}><canvas id=${id} role="img" data-x=${xPath} data-y=${of.path}
+      aria-label=${t('experiments.chart.says', says)}></canvas><take-away data name=${of.name}></take-away></div></section>`;
 }
 
 /** @returns {Template} */
@@ -143,14 +142,16 @@ function along(series, { toX, toY }) {
 
 /** @typedef {{x0: number, x1: number, y0: number, y1: number}} Box */
 
-/** How much of what is drawn lies under a box; what is outside the picture is worst. @param {Box} box @param {At[]} ink @param {Surface} surface */
+/** How much of what is drawn lies under a box; what is outside the chart is worst.
+ * @param {Box} box @param {At[]} ink @param {Surface} surface */
 const under = (box, ink, surface) =>
   (box.x0 < 48 || box.x1 > surface.width - 4 || box.y0 < 8 || box.y1 > surface.height - 36 ? 1e4 : 0) +
   ink.filter((p) => p.x > box.x0 && p.x < box.x1 && p.y > box.y0 && p.y < box.y1).length;
 
 /** A box, and how far it is from what it is about. @typedef {Box & {far: number}} Place */
 
-/** The box with the least under it, and near. @param {Place[]} boxes @param {At[]} ink @param {Surface} surface @returns {Place | undefined} */
+/** The box with the least under it, and near.
+ * @param {Place[]} boxes @param {At[]} ink @param {Surface} surface @returns {Place | undefined} */
 function freest(boxes, ink, surface) {
   let best,
     least = Number.POSITIVE_INFINITY;
@@ -221,7 +222,8 @@ function drawMarked(surface, colours, { toX, toY }, mark, ink) {
   ink.push(...filling(box));
 }
 
-/** The lines' names beside them. @param {Surface} surface @param {Palette} colours @param {Scale} scale @param {Series[]} series @param {At[]} ink */
+/** The lines' names next to them.
+ * @param {Surface} surface @param {Palette} colours @param {Scale} scale @param {Series[]} series @param {At[]} ink */
 function drawNames(surface, colours, { toX, toY }, series, ink) {
   const { pen } = surface,
     size = colours.text * 1.1,
@@ -311,7 +313,7 @@ function drawChart(surface, colours, of, id) {
   drawNames(surface, colours, scale, series, ink);
 }
 
-/** All pictures that are there. @param {Palette} colours */
+/** All charts that are there. @param {Palette} colours */
 export function drawCharts(colours) {
   for (const [i, of] of measured.value.slice(0, CHARTS_MAX).entries())
     onto(`chart-${i}`, (surface) => drawChart(surface, colours, of, `chart-${i}`));

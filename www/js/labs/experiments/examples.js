@@ -1,7 +1,8 @@
 // Finished experiments that ship with the page, and the questions that they answer: docs/finished.mjs runs them.
 import { insist } from '../../base/api.js';
 
-/** at: the value of the first axis that is marked @typedef {{id: string, at: number, experiment: any, points: Record<string, string | number | boolean | null>[]}} Example */
+/** at: the value of the first axis that is marked
+ * @typedef {{id: string, at: number, experiment: any, points: Record<string, string | number | boolean | null>[]}} Example */
 
 /** The one that the view opens on. */
 export const FIRST = 'lag';
@@ -24,5 +25,5 @@ export const examples = () =>
 const pathsOf = ({ axes = [], metrics = [] }) =>
   JSON.stringify([axes.flatMap((/** @type {any} */ axis) => axis.zip ?? [axis]).map((/** @type {any} */ axis) => axis.path), metrics]);
 
-/** The example whose question an experiment asks, whatever its values. @param {Example[]} all @param {any} experiment */
+/** The example whose question an experiment asks, with any values. @param {Example[]} all @param {any} experiment */
 export const askedBy = (all, experiment) => all.find((one) => pathsOf(one.experiment) === pathsOf(experiment));

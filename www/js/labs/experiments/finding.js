@@ -1,5 +1,5 @@
 // What the points of an experiment show: lines over what was varied, what is fitted to them, and the sentences that this makes.
-// All numbers of a sentence, and the mark in the picture, come from the points.
+// All numbers of a sentence, and the mark in the chart, come from the points.
 import { fixed } from '../../base/format.js';
 import { t } from '../../base/words.js';
 import { boundsOf, numberOf } from './columns.js';
@@ -8,7 +8,8 @@ import { boundsOf, numberOf } from './columns.js';
 /** A drawn point; old: of the run before, until its own comes.
  * @typedef {{x: number, y: number, low: number, high: number, index: number, old: boolean}} Place */
 /** name: of the compared value, as the rows have it @typedef {{name: string, places: Place[]}} Series */
-/** slope, start: of y over x; straight: how much of y is on that line, 0 to 1 @typedef {{slope: number, start: number, straight: number}} Fit */
+/** slope, start: of y over x; straight: how much of y is on that line, 0 to 1
+ * @typedef {{slope: number, start: number, straight: number}} Fit */
 
 /** @param {Cells[]} rows @param {string} x @param {string} by empty: one series @param {string} y @returns {Series[]} from left to right */
 export function seriesIn(rows, x, by, y) {
@@ -44,7 +45,7 @@ const spanOf = (all) => {
 /** @param {Series | undefined} one @param {number} x */
 export const placeAt = (one, x) => one?.places.find((p) => p.x === x);
 
-/** Two lines of which none is seen beside the other. @param {Series} a @param {Series} b */
+/** Two lines of which none is seen next to the other. @param {Series} a @param {Series} b */
 export function alike(a, b) {
   const least = 0.02 * spanOf([a, b]);
   return a.places.every((p) => Math.abs(p.y - (placeAt(b, p.x)?.y ?? Number.POSITIVE_INFINITY)) <= least);
@@ -78,14 +79,16 @@ function times(slope) {
 
 // ---- what is said of an experiment whose question is known ----
 
-/** A metric of the points: its lines, and how its numbers and those of x are read. @typedef {{path: string, series: Series[], name: string, unit: string}} Measured */
+/** A metric of the points: its lines, and how its numbers are read.
+ * @typedef {{path: string, series: Series[], name: string, unit: string}} Measured */
 /** A sentence by its key, its values, and those that are in bold. @typedef {{key: string, values: Record<string, string>}} Said */
 /** @typedef {{title: string, sentences: Said[]}} Finding  title: a key; empty where the points do not show it */
 
 /** @param {string} key @param {Record<string, string>} values @returns {Said} */
 const said = (key, values) => ({ key, values });
 
-/** Of two lines with and without something; null where there are others. @param {Measured | undefined} of @returns {[Series, Series] | null} */
+/** Of two lines with and without something; null where there are others.
+ * @param {Measured | undefined} of @returns {[Series, Series] | null} */
 function pairOf(of) {
   const off = of?.series.find(({ name }) => name === 'false'),
     on = of?.series.find(({ name }) => name === 'true');

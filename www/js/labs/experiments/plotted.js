@@ -113,7 +113,7 @@ export function inputLabel(path) {
   const unit = units.value.get(path),
     plainly = t(`experiments.label.${path}`);
   if (plainly === '') return wholeName(path, unit, scenario.value);
-  return unit && unit !== 'Hz' ? `${plainly}, ${unitName(unit)}` : plainly;
+  return unit && !path.endsWith('_hz') ? `${plainly}, ${unitName(unit)}` : plainly;
 }
 /** A value of what is varied, as a sentence has it. @param {string} path @param {number} value */
 export function inputValue(path, value) {
@@ -122,7 +122,7 @@ export function inputValue(path, value) {
 }
 /** Of what was measured. @param {string} path @returns {string} */
 export const unitSaid = (path) => unitName(unitOf(path) ?? '');
-/** @param {string} path of a metric: how its picture is called */
+/** @param {string} path of a metric: how its chart is called */
 export const metricSaid = (path) => t(`experiments.metric.${path}`) || named(path);
 /** A line's value, of what is compared. @param {string} name */
 export const valueSaid = (name) =>

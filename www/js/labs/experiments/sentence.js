@@ -132,7 +132,9 @@ function axisList(part) {
       ${now && part === 'compared' ? html`<option value="">${t('experiments.nothing')}</option>` : nothing}
       ${[...groups].map(
         ([owner, list]) =>
-          html`<optgroup label=${owner}>${list.map(({ path, row }) => html`<option value=${path}>${inputName(path, row.unit, scenario.value)}</option>`)}</optgroup>`,
+          html`<optgroup label=${owner}>${list.map(
+            ({ path, row }) => html`<option value=${path}>${inputName(path, row.unit, scenario.value)}</option>`,
+          )}</optgroup>`,
       )}</select>`;
 }
 
@@ -158,7 +160,8 @@ function closeWhenLeft(event) {
 function metricList() {
   const { metrics: chosen } = draft.value,
     offered = [...new Set([...chosen, ...USUAL_METRICS.filter((path) => metrics.value.includes(path))])];
-  return html`<details class="pick" @keydown=${closeOnEscape} @focusout=${closeWhenLeft}><summary class="clause" id="measured">${t('experiments.said.numbers', { n: chosen.length })}</summary>
+  return html`<details class="pick" @keydown=${closeOnEscape} @focusout=${closeWhenLeft}><summary class="clause"
+      id="measured">${t('experiments.said.numbers', { n: chosen.length })}</summary>
     <div class="picks">${offered.map(
       (path) => html`<label class="toggle"><input type="checkbox" data-pick=${path} .checked=${chosen.includes(path)}
         @change=${() => toggleMetric(path)}><span title=${path}>${t(`experiments.metric.${path}`) || metricNamed(path)}</span></label>`,
@@ -225,7 +228,8 @@ export function sentenceForm() {
       numbers: metricList(),
     })}</p>
     <div class="order"><button type="button" id="run" class="primary" ?disabled=${beginning.value || estimate.value === null || running}
-      @click=${order}><svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M2 1l9 5-9 5z"></path></svg>${t(again ? 'experiments.run_again' : 'experiments.run')}</button><small
+      @click=${order}><svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path
+        d="M2 1l9 5-9 5z"></path></svg>${t(again ? 'experiments.run_again' : 'experiments.run')}</button><small
       id="estimate">${estimated()}</small></div>
     ${unread.value === '' ? nothing : html`<p class="wrong">${unread.value}</p>`}
     ${problems.map((detail) => html`<p class="wrong">${detail}</p>`)}</form>`;

@@ -148,7 +148,7 @@ async function loadFinished(id) {
     record.value = { id: '', ships: found.id, state: 'done', runs, done: runs, points: rows.length, repeats: of.repeats, experiment: of };
     points.value = rows;
   });
-  start(of);
+  start(of, whole);
 }
 
 /** @param {string} id */
@@ -161,7 +161,7 @@ async function load(id) {
     if (experiment.value !== id) return;
     scenario.value = whole;
     record.value = now;
-    if (id !== begun) start(now.experiment);
+    if (id !== begun) start(now.experiment, whole);
     note(id, { state: now.state, done: now.done, runs: now.runs });
     progress = new Progress(id, (report) => follow(id, report));
     readPoints(id, true);

@@ -1,4 +1,4 @@
-// Beside the pictures: what one sees in them, the marked runs live, other finished experiments and one's own.
+// Next to the charts: what one sees in them, the marked runs live, other finished experiments and one's own.
 import { html, nothing, svg } from '../../../vendor/lit-html.js';
 import { rich, t } from '../../base/words.js';
 import { experiment } from '../../session/state.js';
@@ -21,9 +21,13 @@ export function headline() {
   return found ? t(found.title) : r?.title || r?.experiment.scenario?.title || t('experiments.experiment');
 }
 
-/** What a value of the sentence is about is in bold. @param {import('./finding.js').Said} said */
+const PLAIN = /^(whose|x0|x1|at)$/;
+/** What is measured is in bold. @param {import('./finding.js').Said} said */
 const said = ({ key, values }) =>
-  html`<p>${rich(key, Object.fromEntries(Object.entries(values).map(([name, text]) => [name, /^(whose|x0|x1|at)$/.test(name) ? text : html`<b>${text}</b>`])))}</p>`;
+  html`<p>${rich(
+    key,
+    Object.fromEntries(Object.entries(values).map(([name, text]) => [name, PLAIN.test(name) ? text : html`<b>${text}</b>`])),
+  )}</p>`;
 
 /** @returns {Template | typeof nothing} */
 function seen() {
@@ -41,7 +45,9 @@ function alive() {
   return html`<section class="fact" id="alive"><h2 aria-live="polite">${t('experiments.at', { x: inputValue(of.xPath, marked.value) })}</h2>
     <div class="acts">${rows.map(
       (row) => html`<button type="button" data-live=${row.point} @click=${() => live(row)}><svg class="sign" viewBox="0 0 12 12"
-        aria-hidden="true"><path d="M2 1l9 5-9 5z"></path></svg>${of.by === '' ? t('experiments.alive') : t('experiments.alive_with', { line: valueSaid(String(row[of.by])) })}</button>`,
+        aria-hidden="true"><path d="M2 1l9 5-9 5z"></path></svg>${
+          of.by === '' ? t('experiments.alive') : t('experiments.alive_with', { line: valueSaid(String(row[of.by])) })
+        }</button>`,
     )}</div></section>`;
 }
 
@@ -57,7 +63,9 @@ function small({ experiment: of, points }) {
         (p, i) => `${i === 0 ? 'M' : 'L'}${(3 + (42 * (p.x - left)) / (right - left)).toFixed(1)} ${(25 - (22 * p.y) / most).toFixed(1)}`,
       )
       .join('');
-  return html`<svg class="sketched" viewBox="0 0 48 28" aria-hidden="true">${lines.map((line, i) => svg`<path data-line=${i} d=${path(line)}></path>`)}</svg>`;
+  return html`<svg class="sketched" viewBox="0 0 48 28" aria-hidden="true">${lines.map(
+    (line, i) => svg`<path data-line=${i} d=${path(line)}></path>`,
+  )}</svg>`;
 }
 
 /** @returns {Template} */
@@ -66,7 +74,9 @@ function others() {
     .filter(({ id }) => id !== record.value?.ships)
     .map(
       (one) =>
-        html`<li><button type="button" class="quiet" data-ships=${one.id} @click=${() => look(one.id)}>${small(one)}<span>${t(`experiments.ships.${one.id}`)}</span></button></li>`,
+        html`<li><button type="button" class="quiet" data-ships=${one.id} @click=${() => look(one.id)}>${small(one)}<span>${t(
+          `experiments.ships.${one.id}`,
+        )}</span></button></li>`,
     )}</ul>
     ${tradeoffButton('')}</section>`;
 }
@@ -84,7 +94,8 @@ function keptRow({ id, title, state, done, runs }) {
 const mine = () =>
   kept.value.length === 0
     ? nothing
-    : html`<section class="fact" aria-label=${t('experiments.mine')}><h2>${t('experiments.mine')}</h2><ul class="mine">${kept.value.map(keptRow)}</ul></section>`;
+    : html`<section class="fact" aria-label=${t('experiments.mine')}><h2>${t('experiments.mine')}</h2>
+        <ul class="mine">${kept.value.map(keptRow)}</ul></section>`;
 
 /** @returns {Template} */
-export const side = () => html`<aside class="beside" aria-label=${t('experiments.side')}>${seen()}${alive()}${others()}${mine()}</aside>`;
+export const side = () => html`<aside class="column" aria-label=${t('experiments.side')}>${seen()}${alive()}${others()}${mine()}</aside>`;

@@ -62,44 +62,52 @@ function foot() {
   if (!r) return nothing;
   const over = isOver(r.state),
     reads = !over && keyOf(r.id) === '',
-    seconds = Number(r.experiment.set?.duration_s ?? whole.value?.duration_s);
-  const runs = t('experiments.runs', { n: r.runs, count: many(r.runs) });
+    seconds = Number(r.experiment.set?.duration_s ?? whole.value?.duration_s),
+    runs = t('experiments.runs', { n: r.done, count: many(r.done) });
   return html`<section class="account progress" aria-label=${t('experiments.progress')} data-state=${r.state} data-way=${way.value}>
     ${
       over
-        ? html`<p id="progress-text"><b>${r.state === 'done' ? t('experiments.runs_of', { runs, seconds: fixed(seconds, Number.isInteger(seconds) ? 0 : 1) }) : stateOf(r.state)}</b>
-          <span class="facts">${t('experiments.each', { n: r.repeats })} ${points.value.some(hasInterval) ? t('experiments.bars') : ''}</span></p>`
+        ? html`<p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.runs_of', { runs, seconds })}
+          <span class="facts">${t('experiments.each', { n: r.repeats })}
+          ${points.value.some(hasInterval) ? t('experiments.bars') : ''}</span></p>`
         : html`<progress max=${r.runs} .value=${r.done} aria-label=${t('experiments.runs_done')}></progress>
-          <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', { n: many(r.done), all: many(r.runs) })}${paceOf(r)}</p>${acts(r)}`
+          <p id="progress-text"><b>${stateOf(r.state)}</b> · ${t('experiments.done', {
+            n: many(r.done),
+            all: many(r.runs),
+          })}${paceOf(r)}</p>${acts(r)}`
     }
-    <span class="acts">${drawerButton('table', t('experiments.table_button'))}${drawerButton('files', t('experiments.files_button'))}${drawerButton(
-      'request',
-      t('experiments.request_button'),
-    )}</span>
+    <span class="acts">${drawerButton('table', t('experiments.table_button'))}
+      ${drawerButton('files', t('experiments.files_button'))}
+      ${drawerButton('request', t('experiments.request_button'))}</span>
     ${r.experiment.text ? html`<p class="facts whole" lang="en">${r.experiment.text}</p>` : nothing}
     ${r.held_back ? html`<p class="facts whole" id="held-back">${r.held_back}</p>` : nothing}
     ${reads ? html`<p class="facts whole">${t('experiments.read_only')}</p>` : nothing}
-    ${noticesOf(r).map((text) => html`<p class="facts whole" role="note">${text}</p>`)}
-    ${r.points > POINTS_MAX ? html`<p class="facts whole">${t('experiments.too_many', { n: many(r.points) })}</p>` : nothing}</section>`;
+    ${noticesOf(r).map((text) => html`<p class="facts whole" role="note">${text}</p>`)}</section>`;
 }
 
 /** @param {import('./shown.js').Cells} row */
 const hasInterval = (row) => Object.keys(row).some((name) => name.endsWith('.ci95') && row[name] !== null);
 
 /** @returns {Template} */
-function pictures() {
+function graphs() {
   const r = record.value;
   if (missing.value !== '') return html`<p class="empty">${t(`experiments.${missing.value}`)}</p>`;
   if (lined.value) return charts();
   if (points.value.length > 0) return scatter();
   if (!r) return html`<p class="empty">${t(experiment.value === OWN ? 'experiments.not_run' : 'experiments.loading')}</p>`;
-  return html`<p class="empty">${r.points > POINTS_MAX ? '' : t(isOver(r.state) ? 'experiments.no_run_ended' : 'experiments.no_points')}</p>`;
+  if (r.points > POINTS_MAX) return html`<p class="empty">${t('experiments.too_many', { n: many(r.points) })}</p>`;
+  return html`<p class="empty">${t(isOver(r.state) ? 'experiments.no_run_ended' : 'experiments.no_points')}</p>`;
 }
+
+/** All points, and any two of their columns. @returns {Template | typeof nothing} */
+const rows = () => (points.value.length === 0 ? nothing : html`${lined.value ? scatter() : nothing}${table()}`);
 
 /** @returns {Template} */
 const more = () => html`<div class="more"><button type="button" id="another-axis" @click=${addAxis}>${t('experiments.axis.add')}</button>
   ${chooseButton('choose')}
-  <button type="button" id="to-repeats" @click=${() => openDrawer('settings', '#repeats')}>${t('experiments.repeats_button', { n: draft.value.repeats })}</button>
+  <button type="button" id="to-repeats" @click=${() => openDrawer('settings', '#repeats')}>${t('experiments.repeats_button', {
+    n: draft.value.repeats,
+  })}</button>
   ${drawerButton('settings', t('experiments.settings'))}
   <span class="facts">${t('experiments.select_point')}</span></div>`;
 
@@ -108,10 +116,10 @@ function template() {
   const changed = record.value !== null && isChanged();
   return html`<main class="sweeps" id="views" tabindex="-1"><h1 id="headline">${headline()}</h1>${sentenceForm()}
     ${changed ? html`<p class="changed" role="note">${t('experiments.changed')}</p>` : nothing}
-    <div class="finding" data-changed=${String(changed)}><div class="pictures">${pictures()}</div>${side()}</div>
+    <div class="finding" data-changed=${String(changed)}><div class="graphs">${graphs()}</div>${side()}</div>
     ${foot()}${more()}
     ${drawer('settings', t('experiments.settings'), form)}
-    ${drawer('table', t('experiments.table_button'), () => (points.value.length === 0 ? nothing : html`${lined.value ? scatter() : nothing}${table()}`))}
+    ${drawer('table', t('experiments.table_button'), rows)}
     ${drawer('files', t('experiments.results'), files)}
     ${drawer('request', t('experiments.api'), request)}</main>`;
 }

@@ -83,7 +83,8 @@ function axisPanel(axis, i) {
       aria-label=${t('experiments.axis.field', { name: label, n })} aria-invalid=${bad.is} aria-describedby=${bad.by}
       .value=${axis[key]} @input=${(/** @type {Event} */ event) => setAxis(i, { [key]: valueOf(event) })}></label>`;
   };
-  return html`<fieldset class="axis" data-axis-field=${field} data-axis-place=${i} tabindex="-1"><legend class="unseen">${t('experiments.axis', { n })}</legend>
+  return html`<fieldset class="axis" data-axis-field=${field} data-axis-place=${i}
+    tabindex="-1"><legend class="unseen">${t('experiments.axis', { n })}</legend>
     <div class="head">${parameter(
       axis.path,
       t('experiments.axis.parameter', { n }),

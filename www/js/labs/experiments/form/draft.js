@@ -331,11 +331,12 @@ export async function readSchema(kind) {
 
 let reading = 0;
 
-/** @param {string | object} of @param {((whole: any, paths: string[]) => void) | null} fresh gives it axes and metrics that suit it */
-async function read(of, fresh) {
+/** @param {string | object} of @param {((whole: any, paths: string[]) => void) | null} fresh gives it axes and metrics that suit it
+ * @param {any} [known] the whole scenario, where it is there */
+async function read(of, fresh, known) {
   const turn = ++reading;
   try {
-    const whole = typeof of === 'string' ? await call('GET', `scenarios/${of}`) : of;
+    const whole = known ?? (typeof of === 'string' ? await call('GET', `scenarios/${of}`) : of);
     if (rules.value === null) rules.value = await constant('experiments/schema');
     if (tables.value === null) tables.value = await constant('metrics');
     await readSchema(whole.kind);
@@ -405,10 +406,11 @@ export function choose(id) {
   read(id, begin);
 }
 
-/** An experiment as the starting point, of the library or of one's own. @param {any} json */
-export function start(json) {
+/** An experiment as the starting point, of the library or of one's own.
+ * @param {any} json @param {any} [whole] its scenario, where it is there */
+export function start(json, whole) {
   draft.value = draftOf(json);
-  read(draft.value.scenario, null);
+  read(draft.value.scenario, null, whole);
 }
 
 // ---- estimate of the runs ----
