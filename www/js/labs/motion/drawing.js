@@ -74,7 +74,11 @@ function plane(surface, colours, record, motion) {
     pen.setLineDash(i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
     pen.lineWidth = i === 0 ? 1.5 : colours.line;
     pen.beginPath();
-    track.x.forEach((vx, k) => (k === 0 ? pen.moveTo(toX(vx), toY(track.y[k] ?? 0)) : pen.lineTo(toX(vx), toY(track.y[k] ?? 0))));
+    track.x.forEach((vx, k) => {
+      if (!Number.isFinite(vx)) return; /* frames were skipped: no chord */
+      if (Number.isFinite(track.x[k - 1])) pen.lineTo(toX(vx), toY(track.y[k] ?? 0));
+      else pen.moveTo(toX(vx), toY(track.y[k] ?? 0));
+    });
     pen.stroke();
   });
   pen.setLineDash([]);

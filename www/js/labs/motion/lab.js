@@ -211,14 +211,12 @@ function showNumbers(frame) {
   });
 }
 
-/** What was before the first frame. @param {Record} to @param {import('../../workbench/past.js').Row[]} rows */
-function remember(to, rows) {
-  const at = motion(),
-    past = new Record(to.generation);
-  if (!at) return;
+/** What rows of the trace have. @param {import('../../workbench/past.js').Row[]} rows @param {MotionLayout} at */
+function remembered(rows, at) {
+  const past = new Record(-1);
   for (const row of rows)
     past.take(Number(row.time_s), motionsAt(row, at.components, places().length), component.value, isPlane(at.problem));
-  to.follow(past);
+  return past;
 }
 
 const telling = textTurn(100);
@@ -229,8 +227,8 @@ function draw(frame, settled, name) {
   if (!at || frame.motion.length === 0) return;
   const motions = motionsOf(frame);
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
-  record.take(frame.time_s, motions, component.value, isPlane(at.problem));
-  recall(record, 'ticks', remember);
+  if (record.meet(frame.time_s, frame.tickHz)) record.take(frame.time_s, motions, component.value, isPlane(at.problem));
+  recall(record, settled, 'ticks', (rows) => remembered(rows, at));
   const colours = palette(),
     shown = componentName(at.components[component.value] ?? '');
   const unit = unitOf(at.components[0] ?? '');

@@ -1,4 +1,5 @@
 // The step lab's record of a run: curves over time, trails in the plane, and refinement levels of error against cost.
+import { Remembered } from '../../workbench/past.js';
 
 /** @typedef {import('../../stream/rows.js').MotionRow & {state: number[]}} Motion */
 /** @typedef {{t: number[], value: number[], speed: number[], error: number[], drift: number[], x: number[], y: number[]}} Track */
@@ -31,33 +32,17 @@ export const motionsOf = (frame) => frame.motion.map((one, i) => ({ ...one, stat
 /** @returns {Track} */
 const track = () => ({ t: [], value: [], speed: [], error: [], drift: [], x: [], y: [] });
 
-/** One stretch of time; track 0 is the solution, 1 + i method i. */
-export class Record {
+/** One stretch of time; track 0 is the solution, 1 + i method i. @extends {Remembered<Track>} */
+export class Record extends Remembered {
   /** @param {number} generation */
   constructor(generation) {
-    this.generation = generation;
-    /** @type {Track[]} */
-    this.tracks = [];
-    this.time = -1;
-    this.first = -1;
-    this.asked = false;
-  }
-
-  /** What was before. @param {Record} past */
-  follow(past) {
-    past.tracks.forEach((before, i) => {
-      const to = (this.tracks[i] ??= track());
-      for (const name of /** @type {(keyof Track)[]} */ (Object.keys(to))) to[name] = [...before[name], ...to[name]];
-    });
+    super(generation, track);
   }
 
   /** @param {number} time @param {Motion[]} motion @param {number} component that is plotted @param {boolean} plane */
   take(time, motion, component, plane) {
-    if (time <= this.time) return;
-    this.time = time;
-    if (this.first < 0) this.first = time;
     motion.forEach((one, i) => {
-      const to = (this.tracks[i] ??= track());
+      const to = this.track(i);
       if (one.status !== 0) return;
       const half = one.state.length / 2;
       to.t.push(time);

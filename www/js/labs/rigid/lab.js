@@ -24,7 +24,7 @@ import { countChoice, difference, paramsOf, pathOf, renew as renewSideBySide } f
 import { tradeoffButton, workPrecisionButton } from '../../workbench/work_precision.js';
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './drawing.js';
-import { Record } from './record.js';
+import { Record, recordOf } from './record.js';
 import { called, inputOf, language, t } from '../../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -366,8 +366,8 @@ function draw(frame, settled, name) {
   const scene = sceneOf(frame),
     colours = palette();
   if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
-  record.take(frame.time_s, scene.worlds);
-  recall(record, 'worlds', (to, rows) => to.follow(rows));
+  if (record.meet(frame.time_s, frame.tickHz)) record.take(frame.time_s, scene.worlds);
+  recall(record, settled, 'worlds', (rows) => recordOf(rows, scene.worlds.length));
   record.sweep(frame.tick, scene.shapes, 1 / at.hz);
   measure(frame, false);
   for (const i of worlds()) {
