@@ -91,7 +91,8 @@ test('who waits: the wait is that of the event, and another way of C stops at th
 for (const [id, ticks] of /** @type {[string, number][]} */ ([
   ['keeps_energy', 600],
   ['falling_stack', 90],
-  ['how_many_sweeps', 390],
+  ['how_many_sweeps', 600],
+  ['figure_1', 297],
 ]))
   test(`${id}: after a jump the plots begin at the start, tick by tick`, async () => {
     const { page, close } = await open(id, 3);

@@ -46,6 +46,9 @@ function pairOf(canvas) {
 
 const WIDE = 2.5; /* posts, px */
 
+/** Where the arrow of places is that are one above the other. @param {{width: number}} at @param {Place} from @param {Place} to */
+const besides = (at, from, to) => Math.min(at.width - 14, Math.max(from.x, to.x) + 18);
+
 /** The band alone, for what lies below the things that it compares. @param {CanvasRenderingContext2D} pen @param {Palette} colours */
 export function drawBand(pen, colours) {
   const pair = pairOf(pen.canvas),
@@ -54,7 +57,7 @@ export function drawBand(pen, colours) {
   const { from, to, along } = pair;
   pen.fillStyle = colours.mark;
   if (along === 'x') pen.fillRect(Math.min(from.x, to.x), 0, Math.abs(to.x - from.x), at.height);
-  else pen.fillRect(0, Math.min(from.y, to.y), at.width, Math.abs(to.y - from.y));
+  else pen.fillRect(besides(at, from, to) - 11, Math.min(from.y, to.y), 22, Math.abs(to.y - from.y));
 }
 
 /** @param {CanvasRenderingContext2D} pen @param {number} x @param {number} y @param {number} turn rad */
@@ -99,7 +102,7 @@ export function drawPosts(pen, colours, level) {
   pen.setLineDash([]);
   pen.lineWidth = WIDE;
   const y = level ?? at.height - 14,
-    x = level ?? Math.min(at.width - 14, Math.max(from.x, to.x) + 18);
+    x = level ?? besides(at, from, to);
   const [a, b] =
     along === 'x'
       ? [

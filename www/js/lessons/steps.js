@@ -10,6 +10,7 @@ import { shows } from '../draw/shown.js';
 import {
   allowed,
   camera,
+  firstRun,
   frame,
   held,
   lesson,
@@ -28,9 +29,10 @@ import { record } from './recorded.js';
 import { file, filled, ready, word } from './words.js';
 
 /** @typedef {import('./words.js').Text} Text */
+/** @typedef {import('./words.js').Unit} Unit */
 /** @typedef {import('../base/link.js').Value} Value */
 /** @typedef {{value: number, label?: Text, right?: true, why: Text}} Choice */
-/** @typedef {{value: number, unit: Text}} Answer */
+/** @typedef {{value: number, unit: Unit}} Answer */
 /** @typedef {{view: string, from: string, to: string, along?: 'x' | 'y' | 'line', label?: Text}} ShownOf */
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
@@ -209,10 +211,14 @@ export async function remake(path, value) {
   }
 }
 
+/** Whether the last step compares with a frame of the first run. @param {Lesson} of */
+const compares = ({ shows: of }) => [of?.change?.from, of?.change?.to].some((name) => name?.endsWith('.first'));
+
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
   const wanted = step === CHANGE ? 'changed' : 'plain',
     goal = stands(step) ? of.stop_tick : startOf(of);
+  if (step === CHANGE && compares(of) && firstRun.value === null && !(await place(of, OBSERVE))) return false;
   let tick = frame.value?.tick ?? 0;
   const touched = Object.keys(given).length > 0 || seen.patches !== patched;
   if (variant !== wanted || touched) {
@@ -279,7 +285,7 @@ async function arrive(at) {
   }
   if (opened.value?.id !== at.id) {
     batch(() => {
-      opened.value = null;
+      opened.value = firstRun.value = null;
       missing.value = unlocked.value = false;
     });
     variant = '';
@@ -376,6 +382,12 @@ export function listen() {
   effect(() => {
     const at = lesson.value;
     untracked(() => void arrive(at));
+  });
+  effect(() => {
+    const now = opened.value,
+      at = frame.value;
+    if (now !== null && variant === 'plain' && at?.tick === now.stop_tick && Object.keys(given).length === 0 && compares(now))
+      firstRun.value = at;
   });
   effect(() => {
     /* what the question holds */

@@ -7,6 +7,7 @@ import { lesson } from '../session/state.js';
 export { LANGUAGES, language, t as word } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
+/** @typedef {Text & {one?: Text}} Unit  one: of a value of 1 */
 const PLACEHOLDER = /\{([^{}]*)\}/g;
 
 /** A file of the page, as JSON. @param {string} path @returns {Promise<any>} */
@@ -25,9 +26,9 @@ effect(() => {
 /** Whether the words of the lessons are there. */
 export const ready = computed(() => has('door.title'));
 
-/** A value with its unit. @param {number} value @param {Text} unit @returns {string} */
+/** A value with its unit. @param {number} value @param {Unit} unit @returns {string} */
 export function amount(value, unit) {
-  const name = unit[language.value];
+  const name = (value === 1 ? unit.one : undefined)?.[language.value] ?? unit[language.value];
   return `${digits(value, 0, 3)}${name === '°' ? '' : ' '}${name}`;
 }
 

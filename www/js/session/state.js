@@ -64,6 +64,9 @@ export const camera = signal(null);
 export const staged = signal(null);
 /** The tick at which a lesson's run begins. */
 export const startTick = signal(0);
+/** The first run of a lesson at its stop, which its last step compares with.
+ * @type {import('@preact/signals-core').Signal<import('../stream/frame.js').Frame | null>} */
+export const firstRun = signal(null);
 /** What a lesson's step leaves to be used, settings by path; null: everything.
  * @type {import('@preact/signals-core').Signal<Set<string> | null>} */
 export const allowed = signal(null);

@@ -31,7 +31,7 @@ export class Remembered {
   /** A frame has come. @param {number} time @param {number} hz of ticks @returns {boolean} whether it is a later one */
   meet(time, hz) {
     if (time <= this.time) return false;
-    if (time - Math.max(0, this.time) > (SKIPPED * Math.max(1, speed.value)) / hz) {
+    if (time - Math.max(0, this.time) > (this.time < 0 ? 0.5 : SKIPPED * Math.max(1, speed.value)) / hz) {
       if (this.from < 0) this.from = Math.max(0, this.time);
       this.to = time;
       for (const of of this.tracks) for (const list of Object.values(of)) list.push(NaN);

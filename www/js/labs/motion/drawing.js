@@ -2,12 +2,16 @@
 import { drawMark, drawText } from '../../draw/marks.js';
 import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
-import { fixed, localized } from '../../base/format.js';
+import { fixed, letter, localized } from '../../base/format.js';
+import { drawShown, place } from '../../draw/shown.js';
+import { camera } from '../../session/state.js';
 import { t } from '../../base/words.js';
 
 /** @typedef {import('./record.js').Record} Record */
 /** @typedef {import('./record.js').Motion} Motion */
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number}} Surface */
+
+const NARROW = 500; /* px */
 
 /** Problems whose first two components are a place in the plane. */
 const PLANES = new Set(['drag_2d', 'lorentz', 'kepler', 'henon_heiles', 'elastic_pendulum', 'stiff_pendulum', 'arenstorf']);
@@ -105,10 +109,12 @@ function ring(pen, colours, x, y) {
 /** A lane per method along the first component: the mark, and the solution's ring on it.
  * @param {Surface} surface @param {import('../../draw/palette.js').Palette} colours @param {Record} record @param {Motion[]} motion
  * @param {string[]} names
- * @param {string} unit */
-function strip(surface, colours, record, motion, names, unit) {
+ * @param {string} unit @param {Motion[] | null} first */
+function strip(surface, colours, record, motion, names, unit, first) {
   const { pen } = surface;
-  const range = around(record, 'value');
+  const truth = motion[0]?.state[0] ?? 0,
+    lens = camera.value === null ? 0 : surface.width < NARROW ? camera.value.narrow_m : camera.value.m;
+  const range = lens > 0 ? { low: truth - lens / 2, high: truth + lens / 2 } : around(record, 'value');
   const left = colours.text * 13,
     right = surface.width - colours.marker;
   const span = Math.max(range.high - range.low, 1e-9);
@@ -121,7 +127,6 @@ function strip(surface, colours, record, motion, names, unit) {
       align: 'center',
     });
   }
-  const truth = motion[0]?.state[0] ?? 0;
   const high = (surface.height - colours.text * 1.6) / Math.max(1, motion.length - 1);
   motion.forEach((one, i) => {
     if (i === 0) return;
@@ -134,6 +139,15 @@ function strip(surface, colours, record, motion, names, unit) {
     }
     ring(pen, colours, toX(truth), y);
     const x = toX(value);
+    const before = first?.[i]?.state[0];
+    if (before !== undefined) {
+      pen.globalAlpha = 0.3;
+      drawMark(pen, colours, i - 1, toX(before), y, Math.min(colours.marker, high * 0.7));
+      pen.globalAlpha = 1;
+      place(pen.canvas, `${letter(i - 1)}.first`, toX(before), y, before);
+    }
+    place(pen.canvas, `${letter(i - 1)}.truth`, toX(truth), y, truth);
+    place(pen.canvas, letter(i - 1), x, y, value);
     if (one.status === 1 || one.status === 3) {
       drawText(pen, colours, t(one.status === 1 ? 'motion.diverged_at' : 'motion.failed_at', { s: fixed(one.t_s, 2) }), left, y, {
         colour: colours.snap,
@@ -152,9 +166,11 @@ function strip(surface, colours, record, motion, names, unit) {
   });
 }
 
-/** @param {Surface} surface @param {import('../../draw/palette.js').Palette} colours @param {Record} record @param {Motion[]} motion
- * @param {{problem: string, names: string[], unit: string}} of */
+/** What a lesson is about is marked; in a strip `A` is the first method's body, `A.truth` the solution's.
+ * @param {Surface} surface @param {import('../../draw/palette.js').Palette} colours @param {Record} record @param {Motion[]} motion
+ * @param {{problem: string, names: string[], unit: string, first: Motion[] | null}} of  first: a lesson's first run */
 export function drawScene(surface, colours, record, motion, of) {
   if (isPlane(of.problem)) plane(surface, colours, record, motion);
-  else strip(surface, colours, record, motion, of.names, of.unit);
+  else strip(surface, colours, record, motion, of.names, of.unit, of.first);
+  drawShown(surface.pen, colours);
 }

@@ -7,7 +7,7 @@ import { MOTION_STATUS } from '../../stream/names.js';
 import { change } from '../../session/params.js';
 import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
-import { layout, locked, may, params, schema } from '../../session/state.js';
+import { firstRun, layout, locked, look, may, params, schema } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn } from '../../draw/redraw.js';
@@ -239,8 +239,9 @@ function draw(frame, settled, name) {
     record.tracks
       .slice(from)
       .map((track, k) => ({ xs: track[x], ys: track[y], name: trackName(k + from), colour: colourOf(k + from), dash: dashOf(k + from) }));
+  const first = look.value?.step === 5 && firstRun.value !== null ? motionsOf(firstRun.value) : null;
   onto('motion', (surface) =>
-    drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }),
+    drawScene(surface, colours, record, motions, { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit, first }),
   );
   if (telling(settled)) {
     showNumbers(frame);

@@ -4,6 +4,7 @@ import { gridStep } from '../../draw/axis.js';
 import { paintOf } from '../../draw/palette.js';
 import { localized } from '../../base/format.js';
 import { t } from '../../base/words.js';
+import { drawShown, place as report, shows } from '../../draw/shown.js';
 
 /** @typedef {import('./decode.js').Shape} Shape */
 /** @typedef {import('./decode.js').Scene} Scene */
@@ -302,14 +303,52 @@ function cross(pen, colours, at, pointer) {
   pen.stroke();
 }
 
+const TOLD = 100; /* bodies of which a lesson may say something */
+
+/** Reports where bodies are that move: `b4` body 4, `b4.before` a step ago, `b4.beside` in the next world, `b4.first` in a lesson's first
+ * run. @param {Pen} pen @param {Camera} at @param {Scene} scene @param {number} world
+ * @param {Scene | null} first @param {number} dt s */
+function tellPlaces(pen, at, scene, world, first, dt) {
+  const tell = (/** @type {string} */ name, /** @type {number} */ x, /** @type {number} */ y) =>
+    report(pen.canvas, name, toX(at, x), toY(at, y), shows.value?.along === 'y' ? y : x);
+  const moving = (/** @type {Scene} */ of, /** @type {number} */ w) => of.shapes.filter((s) => s.world === w && s.dynamic);
+  const own = moving(scene, world);
+  if (own.length > TOLD) return;
+  for (const s of own) {
+    tell(`b${s.body}`, s.x, s.y);
+    tell(`b${s.body}.before`, s.x - s.vx * dt, s.y - s.vy * dt);
+  }
+  for (const s of moving(scene, world === 0 ? 1 : 0)) tell(`b${s.body}.beside`, s.x, s.y);
+  if (first) for (const s of moving(first, world)) tell(`b${s.body}.first`, s.x, s.y);
+}
+
+/** The first run of a lesson, faded. @param {Pen} pen @param {Palette} colours @param {Camera} at @param {Scene} first
+ * @param {number} world @param {Shown} shown */
+function ghosts(pen, colours, at, first, world, shown) {
+  pen.setLineDash([]);
+  pen.lineWidth = 1;
+  for (const s of first.shapes.filter((one) => one.world === world && one.dynamic)) {
+    const { fill, line } = paint(colours, s, world, shown);
+    outline(pen, at, s);
+    pen.globalAlpha = 0.2;
+    pen.fillStyle = fill;
+    pen.fill();
+    pen.globalAlpha = 0.5;
+    pen.strokeStyle = line;
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+}
+
 /** @param {Surface} surface @param {Palette} colours @param {Scene} scene
  * @param {{world: number, view: number[], shown: Shown, volume: number, dt: number, beyond: number, name: string,
- *   places: Shape[][], pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
+ *   places: Shape[][], first: Scene | null, pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
 export function drawWorld(surface, colours, scene, of) {
   const { pen } = surface;
   const at = cameraOf(of.view, surface.width, surface.height);
   const shapes = scene.shapes.filter((s) => s.world === of.world);
   grid(pen, colours, at);
+  if (of.first) ghosts(pen, colours, at, of.first, of.world, of.shown);
   bodies(pen, colours, at, shapes, of.world, of.shown);
   joints(pen, colours, at, scene, of.world);
   metres(pen, colours, at);
@@ -324,5 +363,7 @@ export function drawWorld(surface, colours, scene, of) {
   plane(pen, colours, at, of.beyond);
   if (of.pointer) cross(pen, colours, at, of.pointer);
   drawText(pen, colours, of.name, 8, colours.text, { bold: true, colour: paintOf(colours, of.world).text });
+  tellPlaces(pen, at, scene, of.world, of.first, of.dt);
+  drawShown(pen, colours);
   return at;
 }

@@ -7,7 +7,7 @@ import { change } from '../../session/params.js';
 import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
 import { titleOf } from '../../session/scenario_words.js';
-import { frame as shownFrame, layout, locked, params, scenarios, schema, session } from '../../session/state.js';
+import { firstRun, frame as shownFrame, layout, locked, look, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn, touch } from '../../draw/redraw.js';
@@ -370,6 +370,7 @@ function draw(frame, settled, name) {
   recall(record, settled, 'worlds', (rows) => recordOf(rows, scene.worlds.length));
   record.sweep(frame.tick, scene.shapes, 1 / at.hz);
   measure(frame, false);
+  const first = look.value?.step === 5 && firstRun.value !== null ? sceneOf(firstRun.value) : null;
   for (const i of worlds()) {
     const of = {
       world: i,
@@ -379,6 +380,7 @@ function draw(frame, settled, name) {
       dt: 1 / at.hz,
       beyond: params.value?.tunnel_x ?? 1e9,
       name: scene.worlds[i]?.status === 1 ? `${nameOf(i)}: ${t('workbench.diverged')}` : nameOf(i),
+      first,
       places: [...record.places.values()].filter((places) => places[0]?.world === i),
       pointer: drag.pointer.value,
     };
