@@ -63,15 +63,20 @@ export function lock(more) {
 /** Names what is highlighted: colour alone does not. @returns {Template} */
 export const highlighted = () => html`<p class="faint" id="highlighted"></p>`;
 
+/** @param {Element} element of a lab @returns {boolean} whether the lesson is about it */
+function isAbout(element) {
+  const { shows = '', of } = /** @type {HTMLElement} */ (element).dataset,
+    { at, player } = look.value ?? { at: '' };
+  return at !== '' && shows.split(' ').includes(at) && (of === undefined || of === String(player ?? 'server'));
+}
+
 /** @param {Element} element of a lab @returns {boolean} whether the step highlights it */
 function isLit(element) {
-  const { shows = '', of, path } = /** @type {HTMLElement} */ (element).dataset,
+  const { path } = /** @type {HTMLElement} */ (element).dataset,
     step = lesson.value?.step ?? 1,
     now = opened.value;
   if (path !== undefined) return step === CHANGE && now !== null && controlsOf(now, step).includes(path);
-  const { at, player } = look.value ?? { at: '' };
-  if (at === '' || step === CHANGE || step < 3 || !shows.split(' ').includes(at)) return false;
-  return of === undefined || of === String(player ?? 'server');
+  return step !== CHANGE && step >= 3 && isAbout(element);
 }
 
 /** @type {Promise<typeof import('./moving.js')> | null} */
@@ -94,7 +99,10 @@ export function light(root) {
   if (lesson.value?.id === '') return liven(root);
   const all = [...root.querySelectorAll('[data-shows], [data-path]')],
     lit = all.filter(isLit);
-  for (const element of all) element.toggleAttribute('data-lit', lit.includes(element));
+  for (const element of all) {
+    element.toggleAttribute('data-lit', lit.includes(element));
+    element.toggleAttribute('data-about', isAbout(element));
+  }
   const first = lit.find((element) => element.hasAttribute('data-shows')),
     text = root.querySelector('#highlighted'),
     name = first?.closest('[aria-label]')?.getAttribute('aria-label')?.split('. ')[0] ?? '';

@@ -316,7 +316,7 @@ let stagings = 0;
 export async function stage() {
   const now = opened.value,
     mine = ++stagings;
-  if (now === null || now.camera === undefined) {
+  if (now === null || now.camera === undefined || now.shows?.observe?.view === 'motion') {
     staged.value = null;
     return;
   }

@@ -305,7 +305,7 @@ function cross(pen, colours, at, pointer) {
 
 const TOLD = 100; /* bodies of which a lesson may say something */
 
-/** Reports where bodies are that move: `b4` body 4, `b4.before` a step ago, `b4.beside` in the next world, `b4.first` in a lesson's first
+/** Reports where bodies are that move: `b4` body 4, `b4.before` a step ago, `b4.other` in the next world, `b4.first` in a lesson's first
  * run. @param {Pen} pen @param {Camera} at @param {Scene} scene @param {number} world
  * @param {Scene | null} first @param {number} dt s */
 function tellPlaces(pen, at, scene, world, first, dt) {
@@ -318,7 +318,7 @@ function tellPlaces(pen, at, scene, world, first, dt) {
     tell(`b${s.body}`, s.x, s.y);
     tell(`b${s.body}.before`, s.x - s.vx * dt, s.y - s.vy * dt);
   }
-  for (const s of moving(scene, world === 0 ? 1 : 0)) tell(`b${s.body}.beside`, s.x, s.y);
+  for (const s of moving(scene, world === 0 ? 1 : 0)) tell(`b${s.body}.other`, s.x, s.y);
   if (first) for (const s of moving(first, world)) tell(`b${s.body}.first`, s.x, s.y);
 }
 
@@ -342,7 +342,7 @@ function ghosts(pen, colours, at, first, world, shown) {
 
 /** @param {Surface} surface @param {Palette} colours @param {Scene} scene
  * @param {{world: number, view: number[], shown: Shown, volume: number, dt: number, beyond: number, name: string,
- *   places: Shape[][], first: Scene | null, pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
+ *   places: Shape[][], first?: Scene | null, pointer: {x: number, y: number, held: boolean} | null}} of @returns {Camera} */
 export function drawWorld(surface, colours, scene, of) {
   const { pen } = surface;
   const at = cameraOf(of.view, surface.width, surface.height);
@@ -363,7 +363,7 @@ export function drawWorld(surface, colours, scene, of) {
   plane(pen, colours, at, of.beyond);
   if (of.pointer) cross(pen, colours, at, of.pointer);
   drawText(pen, colours, of.name, 8, colours.text, { bold: true, colour: paintOf(colours, of.world).text });
-  tellPlaces(pen, at, scene, of.world, of.first, of.dt);
+  tellPlaces(pen, at, scene, of.world, of.first ?? null, of.dt);
   drawShown(pen, colours);
   return at;
 }

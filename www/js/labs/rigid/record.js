@@ -50,7 +50,8 @@ export class Record extends Remembered {
   }
 }
 
-/** The same, of rows of the trace: all worlds, tick by tick. @param {import('../../workbench/past.js').Row[]} rows @param {number} worlds */
+/** The same, of rows of the trace: all worlds of a tick.
+ * @param {import('../../workbench/past.js').Row[]} rows @param {number} worlds */
 export function recordOf(rows, worlds) {
   const past = new Record(-1);
   for (let i = 0; i + worlds <= rows.length; i += worlds)
