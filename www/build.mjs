@@ -28,17 +28,14 @@ for (const name of ['cards.json', 'icon.svg', 'lessons', 'words']) cpSync(path.j
 
 // ---- scripts and styles ----
 
-/** Of each file its modules; what they import is in it too. Every other module that import() names has a file of its own. `main` is read
- * at once and has what several of the others share. */
+const FIRST = { early: 'shell/early.js', main: 'shell/main.js' }; /* what the page names; the second has what the others share */
+const SHARED = ['lessons/steps.js', ...['draw', 'workbench'].flatMap((room) => list(`js/${room}`, '.js').map((name) => `${room}/${name}`))];
+/** Modules of import() that are wanted together have one file; each other has its own. */
 const PARTS = /** @type {Record<string, string[]>} */ ({
-  main: [
-    'shell/main.js',
-    'lessons/steps.js',
-    ...['draw', 'workbench'].flatMap((room) => list(`js/${room}`, '.js').map((name) => `${room}/${name}`)),
-  ],
+  ...Object.fromEntries(Object.entries(FIRST).map(([name, module]) => [name, [module]])),
   more: ['shell/later.js', 'labs/netgame/lab/later.js'],
 });
-PARTS.main = PARTS.main?.filter((name) => !/\/(qr|version)\.js/.test(name)) ?? []; /* for a class, for a print */
+const MAIN = [FIRST.main, ...SHARED.filter((name) => !/\/(qr|version)\.js/.test(name))]; /* these are for a class, for a print */
 
 /** @type {import('esbuild').Plugin} */
 const parts = {
@@ -57,11 +54,11 @@ const parts = {
       PARTS[part] ??= [module];
       return { path: part, namespace: 'part' };
     });
-    /* What the same parts reach gets one file: what `main` has is reached by all. */
+    /* esbuild makes one file of what the same parts reach: that of MAIN is one since all but the first reach all of it. */
     onLoad({ filter: /^/, namespace: 'part' }, ({ path: name }) => ({
       contents: [
-        ...(PARTS.main ?? []).map((module) => `import './${module}';`),
-        ...(name === 'main' ? [] : (PARTS[name] ?? [])).map((module) => `export * from './${module}';`),
+        ...(name === 'early' ? [] : MAIN).map((module) => `import './${module}';`),
+        ...(PARTS[name] ?? []).map((module) => `export * from './${module}';`),
       ].join('\n'),
       resolveDir: js,
     }));
@@ -70,7 +67,7 @@ const parts = {
 const shared = /** @type {const} */ ({ bundle: true, minify: true, legalComments: 'none', outdir: to, absWorkingDir: source });
 const scripts = await build({
   ...shared,
-  entryPoints: { main: 'part:main' },
+  entryPoints: Object.keys(FIRST).map((name) => ({ in: `part:${name}`, out: name })),
   format: 'esm',
   splitting: true,
   target: 'es2022',
@@ -91,11 +88,14 @@ await build({
   entryNames: 'clients/js/laglab',
 });
 
-/** What the first load needs has one file, which the page names. */
-const [main = ''] = Object.entries(scripts.metafile.outputs).find(([, { inputs }]) => 'www/js/shell/main.js' in inputs) ?? [];
-for (const end of ['', '.map'])
-  rmSync(path.join(source, `${Object.keys(scripts.metafile.outputs).find((one) => /\/main-\w+\.js$/.test(one))}${end}`));
-write('index.html', read('index.html').replace('js/main.js', path.relative(to, path.resolve(source, main))));
+/* The page names the files that have what it begins with; those that would import it are of no use. */
+let page = read('index.html');
+for (const [name, module] of Object.entries(FIRST))
+  for (const [file, { inputs, entryPoint }] of Object.entries(scripts.metafile.outputs)) {
+    if (`www/js/${module}` in inputs) page = page.replace(`js/${name}.js`, path.relative(to, path.resolve(source, file)));
+    if (entryPoint === `part:${name}`) for (const end of ['', '.map']) rmSync(path.join(source, file + end));
+  }
+write('index.html', page);
 
 const packages = [scripts, styled]
   .flatMap(({ metafile }) => Object.keys(metafile.inputs))

@@ -3,27 +3,17 @@
 import { computed, effect, signal } from '../../vendor/signals-core.js';
 import { letter } from './format.js';
 import { insist } from './insist.js';
-import { placeOf } from './place.js';
+import { file } from './place.js';
 import { translator } from './sentences.js';
 import { labelOfAny, language } from './words.js';
 
 /** @type {import('@preact/signals-core').Signal<Record<string, Record<string, string>>>} by language */
 const tables = signal({});
-/** @type {Map<string, Promise<void>>} */
-const asked = new Map();
 
 /** @param {string} name @returns {Promise<void>} */
-function read(name) {
-  const path = `words/messages/${name}.json`;
-  const answer =
-    asked.get(name) ??
-    insist(async () => {
-      const file = await fetch(placeOf(path));
-      if (!file.ok) throw new Error(`${path}: ${file.status}`);
-      tables.value = { ...tables.peek(), [name]: await file.json() };
-    });
-  asked.set(name, answer);
-  return answer;
+async function read(name) {
+  const table = await insist(() => file(`words/messages/${name}.json`));
+  if (tables.peek()[name] === undefined) tables.value = { ...tables.peek(), [name]: table };
 }
 
 /** When what the daemon says can be said in the page's language. @returns {Promise<void>} */

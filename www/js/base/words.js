@@ -2,7 +2,7 @@
 // www/words/LANGUAGE.json into parts: what is wanted first is read at once, a part of a lab or of a class with what shows it.
 import { computed, signal } from '../../vendor/signals-core.js';
 import { insist } from './insist.js';
-import { placeOf } from './place.js';
+import { file } from './place.js';
 
 /** @typedef {'en' | 'de'} Language */
 /** A text with {name} for its values; with a number `n` also one text for each form of the plural.
@@ -43,8 +43,6 @@ function first() {
 let wish = first();
 /** @type {Set<string>} */
 const wanted = new Set();
-/** By their file. @type {Map<string, Promise<Record<string, Part>>>} */
-const asked = new Map();
 /** What is shown. @type {import('@preact/signals-core').Signal<{language: Language, words: Record<string, Text>,
  * parts: Record<string, Part>}>} */
 const now = signal({ language: wish, words: {}, parts: {} });
@@ -56,16 +54,7 @@ const plural = computed(() => new Intl.PluralRules(language.value));
 
 /** @param {Language} name @param {string} part @returns {Promise<Part>} */
 async function read(name, part) {
-  const path = `words/${name}/${FIRST.includes(part) ? 'first' : part}.json`;
-  const answer =
-    asked.get(path) ??
-    insist(async () => {
-      const file = await fetch(placeOf(path));
-      if (!file.ok) throw new Error(`${path}: ${file.status}`);
-      return file.json();
-    });
-  asked.set(path, answer);
-  const found = (await answer)[part];
+  const found = (await insist(() => file(`words/${name}/${FIRST.includes(part) ? 'first' : part}.json`)))[part];
   return TRIED === null ? found : (await import('./string_test.js')).stretched(found, TRIED);
 }
 

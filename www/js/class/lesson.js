@@ -1,7 +1,7 @@
 // Questions of the library of lessons: their text and choices, in the language of the page.
 import { signal } from '../../vendor/signals-core.js';
 import { fixed } from '../base/format.js';
-import { placeOf } from '../base/place.js';
+import { file } from '../base/place.js';
 import { digits, language, t } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
@@ -13,34 +13,18 @@ import { digits, language, t } from '../base/words.js';
 export const lessons = signal([]);
 /** @type {import('@preact/signals-core').Signal<Map<string, Lesson>>} */
 const read = signal(new Map());
-/** @type {Map<string, Promise<Lesson | null>>} */
-const reading = new Map();
-
-/** @param {string} name below www/lessons */
-async function file(name) {
-  const answer = await fetch(placeOf(`lessons/${name}.json`));
-  return answer.ok ? answer.json() : null;
-}
 
 /** The list of lessons, for the teacher to choose from. */
 export async function readLessons() {
-  const list = (await file('index').catch(() => null)) ?? [];
+  const list = await file('lessons/index.json').catch(() => []);
   lessons.value = list.sort((/** @type {any} */ a, /** @type {any} */ b) => a.order - b.order);
 }
 
 /** @param {string} id @returns {Promise<Lesson | null>} null where there is none of that name */
-export function readLesson(id) {
-  const known =
-    reading.get(id) ??
-    file(id).then(
-      (found) => {
-        if (found) read.value = new Map(read.peek()).set(id, found);
-        return found;
-      },
-      () => (reading.delete(id), null),
-    );
-  reading.set(id, known);
-  return known;
+export async function readLesson(id) {
+  const found = await file(`lessons/${id}.json`).catch(() => null);
+  if (found && !read.peek().has(id)) read.value = new Map(read.peek()).set(id, found);
+  return found;
 }
 
 /** A lesson as far as it is read; asks for it. @param {string} id @returns {Lesson | null} */

@@ -1,21 +1,14 @@
 // Texts of the lessons in the language that is shown.
 import { computed, effect } from '../../vendor/signals-core.js';
-import { placeOf } from '../base/place.js';
 import { digits, has, language, need, speakIn } from '../base/words.js';
 import { lesson } from '../session/state.js';
 
+export { file } from '../base/place.js';
 export { LANGUAGES, language, t as word } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
 /** @typedef {Text & {one?: Text}} Unit  one: of a value of 1 */
 const PLACEHOLDER = /\{([^{}]*)\}/g;
-
-/** A file of the page, as JSON. @param {string} path @returns {Promise<any>} */
-export async function file(path) {
-  const answer = await fetch(placeOf(path));
-  if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
-  return answer.json();
-}
 
 need('lesson');
 effect(() => {

@@ -1,6 +1,6 @@
 // Titles and texts of the library's scenarios in the page's language. The daemon has them in English; words/scenarios has the others.
 import { effect, signal } from '../../vendor/signals-core.js';
-import { placeOf } from '../base/place.js';
+import { file } from '../base/place.js';
 import { language } from '../base/words.js';
 import { params, scenarios } from './state.js';
 
@@ -12,8 +12,7 @@ async function read(name) {
   translated.value = {};
   if (name === 'en') return;
   try {
-    const answer = await fetch(placeOf(`words/scenarios/${name}.json`)),
-      all = answer.ok ? await answer.json() : {};
+    const all = await file(`words/scenarios/${name}.json`);
     if (name === language.peek()) translated.value = all;
   } catch {
     /* they stay in English */

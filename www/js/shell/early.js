@@ -1,10 +1,12 @@
 // The first thing that runs: a session, or what lessons need, is asked for while the rest of the page is read.
-import { need } from '../base/words.js';
+import { file } from '../base/place.js';
 import { begin, link } from '../session/opening.js';
 import { LABS } from './labs.js';
 
+const ahead = (/** @type {Promise<unknown>} */ read) => read.catch(() => {}); /* again where it is wanted */
 if (link.lesson !== null) {
-  import('../lessons/lessons.js').catch(() => {}); /* read again where it is wanted */
+  ahead(import('../lessons/lessons.js'));
+  ahead(file(`lessons/${link.lesson.id || 'index'}.json`));
 }
 
 export const begun = begin(
@@ -14,4 +16,4 @@ export const begun = begin(
 
 /** The lab that is read before the session's kind is known: that of the scenario's folder, else the first. */
 export const likely = LABS.find(({ kind, sessionless }) => !sessionless && link.scenario.startsWith(`${kind}/`)) ?? LABS[0];
-if (begun) need(likely.kind);
+if (begun) ahead(likely.load());

@@ -4,6 +4,8 @@ import { constant, insist, part } from '../base/api.js';
 import { readExperiment, readLesson, readTradeoff, writeQuery } from '../base/link.js';
 import { ready, t } from '../base/words.js';
 import * as announce from '../session/announce.js';
+import { bring } from '../labs/netgame/lab/about.js';
+import { lab as netgame } from '../labs/netgame/lab/lab.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
 import { need } from '../session/scenario_words.js';
@@ -36,6 +38,7 @@ import * as page from './page.js';
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
 Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs, palette, shown }) });
 
+bring(netgame);
 register(LABS, likely);
 
 /** The lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */

@@ -1,7 +1,7 @@
 // The settings that differ from the scenario's, in words: for captions and headers of files.
 import { call } from '../base/api.js';
 import { letter } from '../base/format.js';
-import { placeOf } from '../base/place.js';
+import { file } from '../base/place.js';
 import { find, labelOf, valueAt } from '../base/schema.js';
 import { link } from '../session/opening.js';
 import { shownScenario } from '../session/session.js';
@@ -13,20 +13,8 @@ import { layout, params, schema } from '../session/state.js';
 /** Of a scenario, but no setting of it. */
 const NOT_SHOWN = new Set(['kind', 'title', 'paper', 'text', 'seed', 'timeline', 'expect', 'game']);
 
-/** @type {Map<string, Promise<Words>>} */
-const reading = new Map();
 /** @param {string} language @returns {Promise<Words>} */
-export function wordsOf(language) {
-  const now =
-    reading.get(language) ??
-    fetch(placeOf(`words/${language}.json`)).then((answer) => {
-      if (answer.ok) return answer.json();
-      throw new Error(`words: ${answer.status}`);
-    });
-  reading.set(language, now);
-  now.catch(() => reading.delete(language));
-  return now;
-}
+export const wordsOf = (language) => file(`words/${language}.json`);
 
 /** Paths of all values below an object, with those of lists of objects. @param {any} at @param {string} path
  * @returns {[string, unknown][]} */

@@ -2,7 +2,7 @@
 import { computed, effect, signal } from '../../../../vendor/signals-core.js';
 import { letter } from '../../../base/format.js';
 import { insist } from '../../../base/insist.js';
-import { placeOf } from '../../../base/place.js';
+import { file } from '../../../base/place.js';
 import { language as spoken } from '../../../base/words.js';
 
 /** @typedef {{label: string, tip: string}} Entry */
@@ -14,12 +14,8 @@ export const words = signal(null);
 
 /** @param {string} language @returns {Promise<void>} */
 async function read(language) {
-  const file = await insist(async () => {
-    const answer = await fetch(placeOf(`words/${language}.json`));
-    if (!answer.ok) throw new Error(`words: ${answer.status}`);
-    return answer.json();
-  });
-  if (language === spoken.peek()) words.value = file;
+  const all = await insist(() => file(`words/${language}.json`));
+  if (language === spoken.peek()) words.value = all;
 }
 
 const reading = computed(() => read(spoken.value));

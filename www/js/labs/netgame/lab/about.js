@@ -1,6 +1,16 @@
 // What the page knows of the lab of netgames before it is read.
 import { need } from '../../../base/words.js';
-import { lab } from './lab.js';
+
+/** @typedef {import('../../../session/lab.js').Lab} Lab */
+
+/** @type {(lab: Lab) => void} */
+let done = () => {};
+/** @type {Promise<Lab>} */
+const brought = new Promise((bring) => {
+  done = bring;
+});
+/** The page itself has the lab, in a file that comes after this one. @param {Lab} lab */
+export const bring = (lab) => done(lab);
 
 /** @type {import('../../../session/lab.js').About} */
 export const about = {
@@ -23,7 +33,7 @@ export const about = {
     brief_s: 10,
   },
   load: async () => {
-    await need('netgame');
+    const [lab] = await Promise.all([brought, need('netgame')]);
     return lab;
   },
 };

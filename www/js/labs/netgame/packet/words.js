@@ -1,7 +1,7 @@
 // Words of the packet view in the page's language.
 import { computed, effect, signal } from '../../../../vendor/signals-core.js';
 import { insist } from '../../../base/insist.js';
-import { placeOf } from '../../../base/place.js';
+import { file } from '../../../base/place.js';
 import { digits, language } from '../../../base/words.js';
 
 export { language };
@@ -13,11 +13,7 @@ effect(() => {
   const name = language.value;
   if (asked.has(name)) return;
   asked.add(name);
-  insist(async () => {
-    const answer = await fetch(placeOf(`words/packet/${name}.json`));
-    if (!answer.ok) throw new Error(`words: ${answer.status}`);
-    return answer.json();
-  }).then((words) => {
+  insist(() => file(`words/packet/${name}.json`)).then((words) => {
     read.value = { ...read.peek(), [name]: words };
   });
 });
