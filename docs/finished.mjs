@@ -41,7 +41,7 @@ const EXAMPLES = {
     },
   },
   updates: {
-    at: 20,
+    at: 10,
     experiment: {
       scenario: 'race',
       set: { duration_s: 20, ...JITTER },

@@ -24,7 +24,7 @@ function write(name, value) {
 
 for (const folder of ['www', 'scenarios']) rmSync(path.join(binary, folder), { recursive: true, force: true });
 cpSync(path.join(source, 'scenarios'), path.join(binary, 'scenarios'), { recursive: true });
-for (const name of ['cards.json', 'icon.svg', 'lessons', 'words']) cpSync(path.join(from, name), path.join(to, name), { recursive: true });
+for (const name of ['cards.json', 'finished.json', 'icon.svg', 'lessons', 'words']) cpSync(path.join(from, name), path.join(to, name), { recursive: true });
 
 // ---- scripts and styles ----
 

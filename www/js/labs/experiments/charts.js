@@ -308,6 +308,7 @@ function drawChart(surface, colours, of, id) {
     mark = markOf(of, marked.value, inputValue(xPath, marked.value));
   if (mark) {
     pen.canvas.dataset.mark = `${Math.round(toX(mark.x))} ${Math.round(toY(mark.from))} ${Math.round(toY(mark.to))}`;
+    pen.canvas.dataset.says = `${mark.value} ${mark.text}`;
     drawMarked(surface, colours, scale, mark, ink);
   }
   drawNames(surface, colours, scale, series, ink);

@@ -1,5 +1,6 @@
 // Finished experiments that ship with the page, and the questions that they answer: docs/finished.mjs runs them.
 import { insist } from '../../base/api.js';
+import { placeOf } from '../../base/place.js';
 
 /** at: the value of the first axis that is marked
  * @typedef {{id: string, at: number, experiment: any, points: Record<string, string | number | boolean | null>[]}} Example */
@@ -16,7 +17,7 @@ let asked;
 /** @returns {Promise<Example[]>} */
 export const examples = () =>
   (asked ??= insist(async () => {
-    const answer = await fetch(new URL('../../../finished.json', import.meta.url));
+    const answer = await fetch(placeOf('finished.json'));
     if (!answer.ok) throw new Error(`finished.json: ${answer.status}`);
     return answer.json();
   }));
