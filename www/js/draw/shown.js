@@ -91,6 +91,16 @@ function drawLabel(pen, colours, text, left, right, y, width, height) {
   pen.fillText(text, x + w / 2, top + h / 2 + 1);
 }
 
+/** Where something was that is now elsewhere, and that the sentence is about: a name that ends in `.before` or `.first`.
+ * @param {HTMLCanvasElement} canvas @returns {{x: number, y: number, name: string} | null} */
+export function was(canvas) {
+  const pair = pairOf(canvas),
+    now = shows.value;
+  if (!pair || !now) return null;
+  const end = /\.(before|first)$/.test(now.from) ? 'from' : /\.(before|first)$/.test(now.to) ? 'to' : null;
+  return end === null ? null : { x: pair[end].x, y: pair[end].y, name: now[end] };
+}
+
 /** Posts, arrow and label over what is drawn. @param {CanvasRenderingContext2D} pen @param {Palette} colours
  * @param {number} [level] of the arrow, where that is not the drawing's lower edge */
 export function drawPosts(pen, colours, level) {

@@ -316,7 +316,8 @@ let stagings = 0;
 export async function stage() {
   const now = opened.value,
     mine = ++stagings;
-  if (now === null || now.camera === undefined || now.shows?.observe?.view === 'motion') {
+  const named = JSON.stringify(now?.shows ?? {}); /* the other labs record their own */
+  if (now === null || !/"view":"(server|player_\d|first)"/.test(named) || (now.camera === undefined && !/\.(first|before)"/.test(named))) {
     staged.value = null;
     return;
   }
@@ -338,7 +339,7 @@ export async function stage() {
   };
   staged.value = next;
   try {
-    const from = Math.max(startOf(now), to - RECORDED_TICKS);
+    const from = Math.max(startOf(now), to - (now.camera ? RECORDED_TICKS : 1));
     const first = await record(now, now.set, from, to),
       second = step === CHANGE ? await record(now, { ...now.set, ...now.change.set, ...given }, from, to) : first;
     if (mine === stagings) staged.value = { ...next, first, now: second };

@@ -298,6 +298,7 @@ function drawSide(side, frame, memory) {
       only: null,
       staged: null,
       run: null,
+      first: null,
       picked: null,
     };
     if (shape.entities.length > 0) drawField(at);

@@ -111,7 +111,8 @@ function sinceKey() {
 function rows() {
   const of = staged.value,
     [own = 1, ...others] = order();
-  if (of === null) return html`${order().map(row)}${messages()}`;
+  const road = (layout.value?.entities.length ?? 0) === 0 && layout.value?.controls !== 'aim';
+  if (of === null || camera.value === null || !road) return html`${order().map(row)}${messages()}`;
   if (of.step === 5)
     return html`${first()}${row(own)}${others.map(row)}<p class="legend">${of.press > 0 ? t('netgame.staged.legend') : nothing}</p>`;
   return html`${row(own)}${of.line.length > 0 ? sinceKey() : nothing}${others.map(row)}${of.line.length > 0 ? nothing : messages()}`;

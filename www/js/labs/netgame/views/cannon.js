@@ -2,7 +2,7 @@
 import { E_ACTIVE, entitiesOf, gameOf } from '../core/frame.js';
 import { fixed, letter, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
-import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
+import { dots, drawGrid, gapLabel, ghost, reportBodies, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { backdrop } from '../../../draw/backdrop.js';
@@ -135,6 +135,7 @@ export function drawCannon(at) {
     }
   });
   if (at.view === 0 && overlays.labels) score(at);
+  reportBodies(at, ({ y }) => toY(at, y));
   tellDot(at, drawn);
   return drawn;
 }

@@ -3,7 +3,7 @@ import { gridStep } from '../../../draw/axis.js';
 import { E_ACTIVE, E_PREDICTED, E_UNKNOWN, entitiesOf, gameOf } from '../core/frame.js';
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
-import { corrections, correctionWords, dots, gapLabel, scaleX, tellDot, toX } from './scene.js';
+import { corrections, correctionWords, dots, gapLabel, reportBodies, scaleX, tellDot, toX } from './scene.js';
 import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { backdrop } from '../../../draw/backdrop.js';
@@ -237,6 +237,7 @@ export function drawField(at) {
   }
   const words = at.view > 0 ? correctionWords(at, at.view - 1) : '';
   if (words !== '') drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });
+  reportBodies(at, ({ y }) => toY(at, y));
   tellDot(at, drawn);
   return drawn;
 }

@@ -1,16 +1,16 @@
 // One view of a race (or of the demo's rule): cars on lanes along the common x axis.
 import { E_FINISHED, entitiesOf, gameOf } from '../core/frame.js';
 import { paintOf } from '../../../draw/palette.js';
-import { fixed, letter, localized } from '../../../base/format.js';
+import { fixed, localized } from '../../../base/format.js';
 import { FADED, isAway } from './connection.js';
-import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
+import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, reportBodies, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { drawOver, drawUnder, reportMoments } from './staged.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
 import { gridStep } from '../../../draw/axis.js';
 import { backdrop } from '../../../draw/backdrop.js';
 import { drawMark, drawText } from '../../../draw/marks.js';
-import { drawBand, drawPosts, place as tell } from '../../../draw/shown.js';
+import { drawBand, drawPosts, was } from '../../../draw/shown.js';
 import { t } from '../../../base/words.js';
 
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
@@ -127,26 +127,14 @@ function standing(at, player) {
   return parts.join(' · ');
 }
 
-/** Reports where the cars of a view are: `A` as it is drawn, `A.truth` where the server has it now; in the server's view `A.seen` as A's
- * own screen draws it.
- * @param {DrawContext} at @param {(x: number, y: number) => {x: number, y: number}} place */
-function tellPlaces(at, place) {
-  const { canvas } = at.pen;
-  entitiesOf(at.frame, at.view).forEach((car, i) => {
-    const here = place(car.x, car.y);
-    tell(canvas, letter(i), here.x, here.y, car.x);
-    const other = at.view > 0 ? entitiesOf(at.frame, 0)[i] : entitiesOf(at.frame, 1 + i)[i];
-    if (other) tell(canvas, `${letter(i)}.${at.view > 0 ? 'truth' : 'seen'}`, here.x + (other.x - car.x) * scaleX(at), here.y, other.x);
-  });
-}
-
 /** @param {DrawContext} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
   const full = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
   const true_ = (at.layout.scene.entity_length_m * scaleX(at) * HIGH) / LONG; /* to scale */
-  const size = at.staged === null ? Math.min(full, Math.max(15, laneHeight(at) * 0.8)) : Math.min(true_, laneHeight(at) * 0.8);
+  const size =
+    at.staged === null ? Math.min(full, Math.max(15, laneHeight(at) * 0.8)) : Math.max(12, Math.min(true_, laneHeight(at) * 0.8));
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, onLap(at, x)), y: toY(at, y) });
   const labels = new Labels(at);
   /** @type {(() => void)[]} */
@@ -169,7 +157,7 @@ export function drawRace(at) {
       return car !== undefined && (!at.layout.scene.wraps || Math.abs(car.x - dot.x) < lap * 0.9);
     });
   }
-  tellPlaces(at, place);
+  reportBodies(at, (body) => toY(at, body.y));
   const { staged } = at;
   const top = topOf(at),
     road = {
@@ -181,6 +169,13 @@ export function drawRace(at) {
   if (staged) reportMoments(at, staged, at.run, road.y);
   drawBand(pen, colours);
   if (staged) drawUnder(at, staged, at.run, road);
+  const past = was(pen.canvas);
+  if (past && staged) {
+    const i = past.name.charCodeAt(0) - 'A'.charCodeAt(0);
+    pen.globalAlpha = FADED;
+    if (hasCar(i)) drawCar(pen, colours, i, past.x - (size * LONG) / HIGH / 2, past.y, size);
+    pen.globalAlpha = 1;
+  }
   entitiesOf(at.frame, at.view).forEach((car, i) => {
     if (at.only?.includes(i) === false) return;
     const { x, y } = place(car.x, car.y);

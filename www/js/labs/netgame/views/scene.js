@@ -1,8 +1,9 @@
 // Shared by all views of a game: the drawing context, the scale, ghosts, corrections.
 import { gridStep } from '../../../draw/axis.js';
-import { E_PREDICTED } from '../core/frame.js';
-import { fixed, localized, signed } from '../../../base/format.js';
+import { E_PREDICTED, entitiesOf } from '../core/frame.js';
+import { fixed, letter, localized, signed } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
+import { place, shows } from '../../../draw/shown.js';
 import { drawCarGhost, hasCar } from '../../../draw/cars.js';
 import { cross, drawGhost, drawText, spring } from '../../../draw/marks.js';
 import { t } from '../../../base/words.js';
@@ -26,6 +27,7 @@ import { t } from '../../../base/words.js';
  * @property {number[] | null} only  the players that are drawn; null for all
  * @property {import('../../../session/state.js').Staged | null} staged  what a lesson adds
  * @property {import('../../../session/state.js').Recorded | null} run  recorded, of what is drawn
+ * @property {import('../../../session/state.js').Recorded | null} first  recorded, of a lesson's first run
  * @property {boolean} [faded]  it is what was
  * @property {Picked | null} picked  the dot that is asked about
  */
@@ -83,6 +85,29 @@ export function gapLabel(at, drawn, real) {
   const late = Math.round(age);
   const time = late === 0 ? '' : t(late > 0 ? 'netgame.behind' : 'netgame.ahead', { ms: `${about}${fixed(Math.abs(late), 0)}` });
   return time === '' ? way : `${way} · ${time}`;
+}
+
+/** Reports where the players' bodies are in a view: `A` as it is drawn, `A.truth` where the server has it, in the server's view `A.seen` as
+ * A's own screen draws it; where a lesson has recorded its runs, `A.before` a tick ago and `A.first` in the first run. The same of another
+ * body that a lesson is about, `body_32`. @param {DrawContext} at @param {(body: {x: number, y: number}) => number} toY px */
+export function reportBodies(at, toY) {
+  const { canvas } = at.pen,
+    { tick } = at.frame;
+  /** @param {string} name @param {number} i */
+  const reportOne = (name, i) => {
+    const body = entitiesOf(at.frame, at.view)[i];
+    if (!body) return;
+    const report = (/** @type {string} */ what, /** @type {{x: number, y: number} | undefined} */ one) => {
+      if (one) place(canvas, name + what, toX(at, body.x) + (one.x - body.x) * scaleX(at), toY(one), one.x);
+    };
+    report('', body);
+    report(at.view > 0 ? '.truth' : '.seen', entitiesOf(at.frame, at.view > 0 ? 0 : 1 + i)[i]);
+    report('.before', at.run?.get(tick - 1)?.[at.view]?.[i]);
+    report('.first', at.first?.get(tick)?.[at.view]?.[i]);
+  };
+  at.layout.players.forEach((_, i) => reportOne(letter(i), i));
+  const other = /^body_(\d+)/.exec(shows.value?.from ?? '');
+  if (other) reportOne(other[0], Number(other[1]));
 }
 
 /** The server's truth in a player's view. @param {DrawContext} at @param {number} player @param {number} x px, of the drawn mark
