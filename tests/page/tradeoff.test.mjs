@@ -1,7 +1,8 @@
 // Speed against error: the rule on the measured rows, all families as they open, the handles by keys and by dragging, the runs that follow
 // them, labs that lead to their families, in German on a phone.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
@@ -9,7 +10,7 @@ import { shippedRows } from '../../cmake/shipped_rows.mjs';
 import { cheapest, merged, nearest, needed, opening, pointsOf, rivalOf, tried } from '../../www/js/labs/tradeoff/rule.js';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, textsOn } from './german.mjs';
-import { axe, bytesOf, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
+import { api, axe, bytesOf, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 const MEASURED = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../bench/results/tradeoff');
@@ -108,6 +109,8 @@ test('what is measured here takes the place of the same setting; times of two ma
   assert.equal(work.filter((row) => row.problem === one.problem && row.method === one.method && row.value === one.value).length, 1);
   assert.equal(times.filter((row) => row.problem === one.problem).length, 1, 'of that problem what was measured here alone');
   assert.ok(times.filter((row) => row.problem !== one.problem).length > 0);
+  const lost = merged(list, [{ ...here, error: [null, null, null] }], true);
+  assert.equal(lost.length, list.length, 'what came to no end takes the place of its own setting alone');
 });
 
 test('orbits: filled at once, handles by keys and by dragging, the sentence and the runs follow, an address keeps them', async () => {
@@ -228,6 +231,47 @@ test('ring and rival, and the planet and where it truly is, are 40 px apart on f
     await shot(page, `${width}`);
     await close();
   }
+});
+
+test('measured here: points come as they are measured, for all who look, after a reload and a restart; cancelled they are gone', async () => {
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-tradeoff-'));
+  let own = await startDaemon({ data });
+  const at = '#tradeoff=contact_solvers';
+  const first = await visit(browser, `${own.url}${at}`, { wait: false });
+  await opened(first.page);
+  assert.equal((await facts(first.page)).here, 0);
+  const order = { family: 'contact_solvers', duration_s: 0.3, check_seeds: 0 };
+  const { status, body } = await api(own.url, 'tradeoffs', order);
+  assert.equal(status, 202);
+  await until(async () => (await facts(first.page)).here > 0, 'points that another client has ordered');
+  assert.match(await first.page.locator('#tradeoff-source').innerText(), /Hollow: shipped/);
+  const second = await visit(browser, `${own.url}${at}`, { wait: false });
+  await until(async () => (await facts(second.page))?.here > 0, 'a second browser');
+  await reads(second.page.locator('#tradeoff-source'), /^Measured on this machine: .*20\d\d\./);
+  const all = (await facts(second.page)).here,
+    answer = (await api(own.url, `tradeoffs/${body.id}`)).body.answer;
+  assert.equal(all, answer.rows.filter(({ problem, error }) => problem === 0 && error[0] !== null).length);
+  assert.equal(await second.page.locator('#cancel').count(), 0);
+  await second.page.reload();
+  await until(async () => (await facts(second.page))?.here === all, 'after a reload');
+  await first.close();
+  await second.context.close();
+  await own.stop();
+  own = await startDaemon({ data });
+  const third = await visit(browser, `${own.url}${at}`, { wait: false });
+  await until(async () => (await facts(third.page))?.here === all, 'after a restart');
+
+  // from the page: progress, points, and an end by who has begun it
+  await third.page.locator('#measure').click();
+  await third.page.locator('#cancel').waitFor();
+  await until(async () => /^[1-9]\d* of \d+ steps/.test(await third.page.locator('#tradeoff-progress').innerText()), 'progress');
+  await third.page.locator('#cancel').click();
+  await third.page.locator('#measure').waitFor();
+  await until(async () => (await facts(third.page)).here === 0, 'what was cancelled is gone, what ships is there');
+  assert.ok((await facts(third.page)).ring);
+  await third.context.close();
+  await own.stop();
+  rmSync(data, { recursive: true, force: true });
 });
 
 test('in German, dark, on a phone: by thumb, without a word of English', async () => {

@@ -13,16 +13,16 @@
 const NAMED = 6;
 
 /** What makes a row the same setting in two measurements. @param {Row} row */
-const settingOf = ({ problem, method, setting, value }) => `${problem} ${method} ${setting} ${value}`;
+export const settingOf = ({ problem, method, setting, value }) => `${problem} ${method} ${setting} ${value}`;
 
 /** Rows of the program and of this machine as one list: what is measured here takes the place of the same setting. Times of two machines
- * do not compare, so that there are none of the program's where there are some of this one's.
+ * do not compare, so that there are none of the program's once one of this machine's came to an end.
  * @param {Row[]} shipped @param {Row[]} measured @param {boolean} times whether the cost is the machine's
  * @returns {(Row & {here: boolean})[]} */
 export function merged(shipped, measured, times) {
   const known = new Set(measured.map(settingOf)),
-    problems = new Set(measured.map(({ problem }) => problem));
-  const kept = shipped.filter((row) => (times ? !problems.has(row.problem) : !known.has(settingOf(row))));
+    problems = new Set(measured.filter(({ error }) => error[0] !== null).map(({ problem }) => problem));
+  const kept = shipped.filter((row) => !known.has(settingOf(row)) && !(times && problems.has(row.problem)));
   return [...kept.map((row) => ({ ...row, here: false })), ...measured.map((row) => ({ ...row, here: true }))];
 }
 

@@ -102,7 +102,8 @@ function plane(surface, colours, run, look) {
     drawText(pen, colours, t('workbench.diverged'), width / 2, height - 14, { align: 'center', bold: true, colour: colours.snap });
     return { px: 0, factor: 1 };
   }
-  const drawn = { x: Math.max(8, Math.min(width - 8, ax)), y: Math.max(8, Math.min(height - 8, ay)) },
+  /* one that is lost stays at the edge, below its name */
+  const drawn = { x: Math.max(10, Math.min(width - 10, ax)), y: Math.max(ax < width / 3 ? 56 : 10, Math.min(height - 10, ay)) },
     real = { x: bx, y: by };
   /* the lens is chosen for the end: it does not change while the run is watched */
   const last = (exact[0]?.length ?? 1) - 1,

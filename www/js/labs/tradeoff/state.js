@@ -2,7 +2,7 @@
 import { computed, effect, signal } from '../../../vendor/signals-core.js';
 import { move, place } from './place.js';
 import { job, shippedAnswer, shownFamily } from './results.js';
-import { cheapest, merged, namedOf, nearest, needed, opening, pointsOf, rivalOf, toDigits, tried, truest } from './rule.js';
+import { cheapest, merged, namedOf, nearest, needed, opening, pointsOf, rivalOf, settingOf, toDigits, tried, truest } from './rule.js';
 import { stillOf } from './names.js';
 
 /** @typedef {import('./results.js').Row} Row */
@@ -46,20 +46,13 @@ const measuredRows = computed(() => job.value?.answer?.rows ?? []);
 export const rows = computed(() => merged(shippedAnswer.value?.rows ?? [], measuredRows.value, shownCost.value === 0));
 /** All that came to an end. */
 const points = computed(() => pointsOf(rows.value, shownError.value, shownCost.value));
-/** Shipped rows in whose place others are. */
-const former = computed(() =>
-  measuredRows.value.length === 0
-    ? []
-    : pointsOf(
-        (shippedAnswer.value?.rows ?? []).filter((row) =>
-          measuredRows.value.some(
-            (one) => one.problem === row.problem && one.method === row.method && one.setting === row.setting && one.value === row.value,
-          ),
-        ),
-        shownError.value,
-        shownCost.value,
-      ),
-);
+/** Shipped rows in whose place there are others. */
+const former = computed(() => {
+  const kept = new Set(rows.value.map(settingOf)),
+    here = new Set(rows.value.filter((row) => row.here).map(settingOf));
+  const left = (shippedAnswer.value?.rows ?? []).filter((row) => here.has(settingOf(row)) || !kept.has(settingOf(row)));
+  return pointsOf(left, shownError.value, shownCost.value);
+});
 
 const choices = computed(() => (shippedAnswer.value?.choices ?? []).filter(({ problem }) => problem === shownError.value));
 const first = computed(() => {
@@ -85,10 +78,11 @@ export const lines = computed(
     }),
 );
 
-/** How many methods there are. */
-export const methods = computed(() => [
-  ...new Set(rows.value.filter(({ problem }) => problem === shownError.value).map(({ method }) => method)),
-]);
+/** All methods of the problem. */
+export const methods = computed(() => {
+  const own = [...(shippedAnswer.value?.rows ?? []), ...rows.value].filter(({ problem }) => problem === shownError.value);
+  return [...new Set(own.map(({ method }) => method))];
+});
 
 /** @typedef {NonNullable<typeof now.value>} Now */
 /** Null until there are rows. */

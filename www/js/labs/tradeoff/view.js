@@ -187,13 +187,14 @@ function source(family) {
   const made = shippedAnswer.value,
     one = job.value,
     running = one?.state === 'running';
-  const shipped = made
-    ? t('tradeoff.shipped', { version: (made.version ?? '').slice(0, 8), machine: made.machine ?? '', date: dateOf(made.date) })
-    : '';
+  const facts = { version: (made?.version ?? '').slice(0, 8), machine: made?.machine ?? '', date: dateOf(made?.date) },
+    some = one?.answer !== null && one?.answer !== undefined;
   const here = one?.state === 'done' ? t('tradeoff.here', { date: dateOf(one.date) }) : '';
   const progress = one && one.steps > 0 ? t('tradeoff.done', { done: String(one.done), n: one.steps }) : t('tradeoff.starting');
   const why = one?.state === 'failed' ? `${t('tradeoff.state.failed')} ${said(one.error)}` : '';
-  return html`<footer class="source"><p id="tradeoff-source">${here} ${shipped}</p>${
+  return html`<footer class="source"><p id="tradeoff-source">${here} ${
+    made ? t(some ? 'tradeoff.hollow' : 'tradeoff.shipped', facts) : nothing
+  }</p>${
     running
       ? html`<span class="progress" data-state="running"><progress aria-label=${t('tradeoff.progress')} max=${Math.max(1, one.steps)}
       .value=${one.done}></progress> <span id="tradeoff-progress">${progress}</span>
@@ -201,7 +202,7 @@ function source(family) {
       : html`<button type="button" id="measure" @click=${() => start(family.name, all.value ? 'all' : undefined)}>${t(
           one?.state === 'done' ? 'tradeoff.measure_again' : 'tradeoff.measure',
         )}</button>`
-  }<small>${running || one?.state === 'done' ? t('tradeoff.hollow') : t('tradeoff.as_they_come')}</small>
+  }${some ? nothing : html`<small>${t('tradeoff.as_they_come')}</small>`}
     ${why ? html`<p role="alert">${why}</p>` : nothing}
     <span class="more">${
       methods.value.length > (now.value?.named.length ?? 0)
