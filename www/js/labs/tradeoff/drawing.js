@@ -1,6 +1,7 @@
 // Draws the plot and the runs, and puts what is pressed where it is drawn.
 import { t } from '../../base/words.js';
 import { paintOf, palette } from '../../draw/palette.js';
+import { place as shown } from '../../draw/shown.js';
 import { onto } from '../../workbench/canvas.js';
 import { runs } from './live.js';
 import * as name from './names.js';
@@ -13,7 +14,8 @@ import { dark, lines, now, selected } from './state.js';
 /** @typedef {import('./state.js').Now} Now */
 
 /** As it was drawn last. plot: null until it is; runs: of each side
- * @type {{plot: {frame: import('./plot.js').Frame, of: ReturnType<typeof drawTradeoff>} | null, runs: import('./scenes.js').Seen[]}} */
+ * @type {{plot: {at: Now, frame: import('./plot.js').Frame, of: ReturnType<typeof drawTradeoff>} | null,
+ *   runs: import('./scenes.js').Seen[]}} */
 export const drawn = {
   plot: null,
   runs: [
@@ -51,7 +53,9 @@ function drawPlot() {
       hidden: at.hidden ? t('tradeoff.hides', { still: name.brief(at.hidden.still), of: name.brief(at.hidden.of) }) : '',
       selected: selected.value,
     });
-    drawn.plot = { frame, of };
+    drawn.plot = { at, frame, of };
+    if (of.ring) shown(surface.canvas, 'cheapest', of.ring.x, of.ring.y);
+    if (of.rival) shown(surface.canvas, 'rival', of.rival.x, of.rival.y);
     const { handles } = of,
       grown = (/** @type {{x: number, y: number, width: number, height: number}} */ one) => {
         const height = Math.max(TOUCH_PX, one.height),

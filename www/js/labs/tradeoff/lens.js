@@ -8,7 +8,7 @@ import { t } from '../../base/words.js';
 
 export const SEEN_PX = 40;
 const WIDE_PX = 52; /* between the two, in a lens */
-const MOST = 150; /* times: what needs more is in its place for all that can be seen */
+const MOST = 300; /* times: what needs more is in its place for all that can be seen */
 
 /** By how much a lens enlarges a distance: a round number. @param {number} px @returns {number} 1: none is needed; 0: none is enough */
 export function factorOf(px) {

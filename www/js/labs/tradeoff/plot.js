@@ -15,7 +15,7 @@ import { countOf, tenTo } from './names.js';
 /** @typedef {{method: string, text: string, x: number, y: number, width: number}} Label */
 
 const FORMS = 8; /* marks, and colours */
-const MANY = 15; /* times between least and largest, from which on an axis has decades */
+const MANY = 8; /* times between least and largest, from which on an axis has decades */
 const NEAR_PX = 22;
 export const TOUCH_PX = 44; /* of what a thumb takes */
 const LABEL_PX = 26; /* between two names, one below the other: each can be pressed */

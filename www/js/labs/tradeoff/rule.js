@@ -10,10 +10,11 @@
  *   here: boolean}} Point */
 /** cost: at most; error: at most @typedef {{cost: number, error: number}} Lines */
 
-const NAMED = 6;
+const NAMED = 6,
+  CLEARLY = 1.5; /* times as much, which is worth a sentence */
 
-/** What makes a row the same setting in two measurements. @param {Row} row */
-export const settingOf = ({ problem, method, setting, value }) => `${problem} ${method} ${setting} ${value}`;
+/** What makes a row the same setting in two measurements: values have six digits in files. @param {Row} row */
+export const settingOf = ({ problem, method, setting, value }) => `${problem} ${method} ${setting} ${value?.toPrecision(5)}`;
 
 /** Rows of the program and of this machine as one list: what is measured here takes the place of the same setting. Times of two machines
  * do not compare, so that there are none of the program's once one of this machine's came to an end.
@@ -132,7 +133,7 @@ export function rivalOf(points, named, winner, lines, preferred) {
   const others = named.filter((method) => method !== winner.method),
     loses = (/** @type {string} */ method) => {
       const point = needed(points, method, lines.error);
-      return point === undefined || point.cost > lines.cost;
+      return point === undefined || point.cost > Math.max(lines.cost, winner.cost * CLEARLY);
     };
   const wanted = preferred.find((method) => others.includes(method) && loses(method));
   if (wanted !== undefined) return wanted;

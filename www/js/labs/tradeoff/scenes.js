@@ -271,7 +271,8 @@ function fluid(surface, colours, run, look) {
 
 // ---- games ----
 
-const WIDE_M = 22; /* of the road or the ground that is shown */
+const WIDE_M = 22 /* of the road or the ground that is shown */,
+  NARROW_M = 11; /* where errors are of the past, which are small */
 const KEEP_S = 1.5; /* the lens stays on one thing */
 
 /** The view whose error it is: of the player that the error names. @param {Run} run */
@@ -319,7 +320,7 @@ function netgame(surface, colours, run, { error }) {
     rival = view === 1 ? 1 : 0 /* among the players */,
     foe = drawn[rival] ?? own;
   /* shooters stand far from each other */
-  const wide = walls.length > 0 ? Math.max(WIDE_M, Math.abs(foe.x - own.x) * 1.5) : WIDE_M,
+  const wide = walls.length > 0 ? Math.max(WIDE_M, Math.abs(foe.x - own.x) * 1.5) : late ? NARROW_M : WIDE_M,
     scale = width / wide,
     focus = track ? foe : walls.length > 0 ? { x: (own.x + foe.x) / 2 - wide * 0.06, y: (own.y + foe.y) / 2 } : own;
   const levels = track ? [...new Set(real.map(({ y }) => y))].sort((a, b) => a - b) : [];

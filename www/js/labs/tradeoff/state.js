@@ -65,10 +65,13 @@ const first = computed(() => {
 });
 const preferred = computed(() => PREFERRED[shownFamily.value?.name ?? ''] ?? []);
 
-/** Where the lines are at first: by the rows of the program alone, so that they do not move while it is measured here. */
+/** Where the lines are at first: by the rows of the program, so that they do not move while it is measured here, unless what is measured
+ * leaves nothing within them. */
 const begin = computed(() => {
-  const levels = choices.value.filter(({ cost }) => cost === shownCost.value).map(({ level }) => level);
-  return opening(pointsOf(shippedAnswer.value?.rows ?? [], shownError.value, shownCost.value), levels, first.value, preferred.value);
+  const levels = choices.value.filter(({ cost }) => cost === shownCost.value).map(({ level }) => level),
+    known = pointsOf(shippedAnswer.value?.rows ?? [], shownError.value, shownCost.value);
+  const at = opening(known, levels, first.value, preferred.value);
+  return cheapest(points.value, at) ? at : opening(points.value, levels, first.value, preferred.value);
 });
 export const lines = computed(
   () =>

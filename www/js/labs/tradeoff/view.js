@@ -306,15 +306,17 @@ const lab = {
     tradeoff: {
       enumerable: true,
       get: () => {
-        const at = now.value;
+        const at = now.value,
+          plot = drawn.plot?.at === at ? drawn.plot : null;
         return (
           at && {
             family: at.family.name,
+            problem: shownError.value,
             lines: lines.value,
             winner: at.winner ? rows.value[at.winner.index] : null,
             rival: at.rival,
-            ring: drawn.plot?.of.ring ?? null,
-            rivalAt: drawn.plot?.of.rival ?? null,
+            ring: plot?.of.ring ?? null,
+            rivalAt: plot?.of.rival ?? null,
             points: at.shown.length,
             here: at.shown.filter(({ here }) => here).length,
             runs: runs.value.map((run, side) => run && { state: run.state, link: run.row.link, ...drawn.runs[side] }),
