@@ -85,7 +85,7 @@ for (const size of SIZES) {
   sweep(!projector)(`targets are large enough at ${size.name}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}${size.query}#race`, size);
     const boxes = await page
-      .locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input[type="number"]')
+      .locator('button, select, input[type="range"], label:has(input[type="checkbox"]), input.number')
       .evaluateAll((all) =>
         all
           .filter((e) => e.getClientRects().length > 0)

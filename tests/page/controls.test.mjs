@@ -292,3 +292,57 @@ test('eight players are shown, and all can be reached', async () => {
   assert.deepEqual(eight.complaints, []);
   await eight.close();
 });
+
+/** What a field takes, and what is said. @param {import('playwright-core').Page} page @param {string} path */
+const typeInto = (page, path) => async (/** @type {string} */ text) => {
+  const field = control(page, path, 'number');
+  await field.fill(text);
+  await field.press('Enter');
+  return field;
+};
+
+test('numbers are typed and printed with the decimal sign of the page; what can be read in two ways is refused', async () => {
+  const path = 'methods.0.dt_s';
+  for (const { lang, own, other, wrong, said, kept } of [
+    { lang: 'de', own: '0,2', other: '0.05', wrong: ['1.234', '1.000,5', '1,0,5'], said: /auf zwei Arten/, kept: '0,05' },
+    { lang: 'en', own: '0.2', other: '.05', wrong: ['0,2', '1,234', '1,234.5'], said: /in two ways/, kept: '0.05' },
+  ]) {
+    const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=${lang}#step`);
+    const type = typeInto(page, path),
+      value = async () => (await paramsOf(page)).methods[0].dt_s;
+    const field = await type(own);
+    await until(async () => (await value()) === 0.2, `${own} is 0.2`);
+    await settles(() => field.inputValue(), own);
+    await type(other);
+    await until(async () => (await value()) === 0.05, `${other} is 0.05`);
+    await settles(() => field.inputValue(), kept);
+    for (const text of wrong) {
+      await type(text);
+      await until(async () => said.test(await page.locator('#app').innerText()), `${text} is refused`);
+      const message = await page.locator('#app').innerText();
+      assert.ok(message.includes(text) && message.includes(kept), text);
+      await settles(() => field.inputValue(), kept);
+    }
+    await type(lang === 'de' ? 'acht' : 'eight');
+    await settles(() => field.inputValue(), kept);
+    assert.equal(await value(), 0.05);
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});
+
+test('arrows count in a field of a number, within its range', async () => {
+  const { page } = view,
+    field = control(page, 'players.0.lag_ms', 'number');
+  await field.fill('1');
+  for (const [key, wanted] of [
+    ['ArrowUp', 2],
+    ['ArrowDown', 1],
+    ['ArrowDown', 0],
+    ['ArrowDown', 0],
+  ]) {
+    await field.press(String(key));
+    await until(async () => (await paramsOf(page)).players[0].lag_ms === wanted, `${key}: ${wanted}`);
+    assert.equal(await field.inputValue(), String(wanted));
+  }
+});

@@ -351,7 +351,7 @@ export async function dialogOf(page) {
 /** A control of the page by its parameter, in its panel. @param {import('playwright-core').Page} page @param {string} path
  * @param {string} [type] */
 export function control(page, path, type = '') {
-  return page.locator(`#app [data-path="${path}"]${type && `[type="${type}"]`}`).first();
+  return page.locator(`#app [data-path="${path}"]${type === 'number' ? '.number' : type && `[type="${type}"]`}`).first();
 }
 
 /** The accessibility rules that a page breaks, as text. Nothing is drawn meanwhile. colours: of contrast alone, for another scheme of what

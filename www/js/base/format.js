@@ -29,6 +29,23 @@ export function plain(value) {
   return String(Number(value.toPrecision(6)));
 }
 
+/** A number as a text field has it, in the language's form. @param {number} value @returns {string} */
+export const typed = (value) => plain(value).replace('.', decimalPoint.value);
+
+/** What a person typed, with the language's decimal sign or the point. Where a sign may also divide thousands, as in 0,2 in English and 1.234
+ * in German, nothing is guessed. @param {string} text @returns {number | 'ambiguous'} NaN: no number */
+export function typedNumber(text) {
+  const own = decimalPoint.value,
+    given = text.trim().replaceAll('−', '-');
+  if (own === '.') return /^[-+]?[\d.]*,[\d.,]*$/.test(given) ? 'ambiguous' : numberOf(given);
+  const both = given.includes(own) && given.includes('.');
+  if (/^[-+]?[\d.,]+$/.test(given) && (both || given.split(own).length > 2 || /^[-+]?[1-9]\d{0,2}\.\d{3}$/.test(given))) return 'ambiguous';
+  return numberOf(given.replace(own, '.'));
+}
+
+/** @param {string} text of JavaScript's form @returns {number} NaN: none */
+const numberOf = (text) => (/^[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?$/i.test(text) ? Number(text) : NaN);
+
 /** @param {number} player @returns {string} A, B, C, ... */
 export function letter(player) {
   return String.fromCharCode(65 + player);

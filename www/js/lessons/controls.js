@@ -1,9 +1,10 @@
 // What a step leaves to be used: its settings in the rail, the way to all others, and what it highlights.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { letter } from '../base/format.js';
-import { find, valueAt } from '../base/schema.js';
+import { find, labelOf, valueAt } from '../base/schema.js';
 import { look, lesson, params, schema } from '../session/state.js';
 import { control } from '../workbench/controls.js';
+import { numberIn } from '../workbench/number_field.js';
 import { CHANGE, controlsOf, opened, remake, stands, unlocked } from './steps.js';
 import { word } from './words.js';
 
@@ -32,7 +33,11 @@ function onChange(event) {
   event.stopPropagation();
   if (element instanceof HTMLSelectElement) remake(path, element.value);
   else if (element.type === 'checkbox') remake(path, element.checked);
-  else if (element.value !== '' && element.reportValidity()) remake(path, element.valueAsNumber);
+  else if (element.type === 'range') remake(path, element.valueAsNumber);
+  else {
+    const value = numberIn(element, labelOf(params.value.kind, path), row, Number(valueAt(params.value, path)));
+    if (!Number.isNaN(value)) remake(path, value);
+  }
 }
 
 /** @param {string} path @returns {Template | typeof nothing} */

@@ -2,9 +2,10 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { find, labelOf, valueAt } from '../base/schema.js';
 import { change, unanswered } from '../session/params.js';
-import { params, schema, notify } from '../session/state.js';
-import { plain } from '../base/format.js';
+import { params, schema } from '../session/state.js';
+import { plain, typed } from '../base/format.js';
 import { choiceOf, inputOf, t, unitName } from '../base/words.js';
+import { countByArrows, numberIn } from './number_field.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {{also?: string, slider?: boolean, label?: string}} Wish  also: a second path that gets the same value */
@@ -25,13 +26,16 @@ export function control(path, wish = {}) {
       ${row.choices.map((choice) => html`<option value=${choice}>${choiceOf(kind, path, choice)}</option>`)}</select></label>`;
   }
   if (row.type === 'text') return nothing;
-  const number = html`<label class="field" title=${tip}><span>${label}</span><input type="number" inputmode="decimal"
-    data-path=${path} data-also=${also} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'}><span
+  const number = html`<label class="field" title=${tip}><span>${label}</span><input class="number" inputmode="decimal"
+    autocomplete="off" data-path=${path} data-also=${also} data-min=${row.min} data-max=${row.max}><span
     class="unit">${unitName(row.unit)}</span></label>`;
   if (!wish.slider) return number;
   return html`<div class="slider">${number}<input type="range" aria-label=${t('workbench.slider', { name: label })}
     data-path=${path} data-also=${also} min=${row.min} max=${row.max} step=${row.type === 'integer' || row.max >= 100 ? 1 : 'any'}></div>`;
 }
+
+/** @param {HTMLInputElement} element */
+const isNumber = (element) => element.classList.contains('number');
 
 /** The element that a pointer holds: its value is the person's, not the daemon's. @type {Element | null} */
 let held = null;
@@ -46,8 +50,8 @@ export function sync(root) {
       if (element.value !== String(value)) element.value = String(value);
     } else if (element instanceof HTMLInputElement) {
       if (element.type === 'checkbox') element.checked = value === true;
-      else if (!(element.type === 'number' && element === document.activeElement && element.dataset.typing)) {
-        const text = plain(Number(value));
+      else if (!(isNumber(element) && element === document.activeElement && element.dataset.typing)) {
+        const text = isNumber(element) ? typed(Number(value)) : plain(Number(value));
         if (element.value !== text) element.value = text;
       }
     }
@@ -63,7 +67,7 @@ function submit(element, value) {
 /** Shows a slider's value in the field next to it at once. @param {HTMLInputElement} element */
 function mirror(element) {
   for (const twin of document.querySelectorAll(`[data-path="${element.dataset.path}"]`)) {
-    if (twin !== element && twin instanceof HTMLInputElement) twin.value = plain(Number(element.value));
+    if (twin !== element && twin instanceof HTMLInputElement) twin.value = isNumber(twin) ? typed(Number(element.value)) : element.value;
   }
 }
 
@@ -71,7 +75,7 @@ function mirror(element) {
 function onInput(event) {
   const element = event.target;
   if (!(element instanceof HTMLInputElement) || !element.dataset.path) return;
-  if (element.type === 'number') {
+  if (isNumber(element)) {
     element.dataset.typing = 'yes';
   } else if (element.type === 'range') {
     mirror(element);
@@ -82,23 +86,9 @@ function onInput(event) {
 /** @param {HTMLInputElement} element */
 function onNumber(element) {
   delete element.dataset.typing;
-  const row = find(schema.value, element.dataset.path ?? '');
-  const value = element.valueAsNumber;
-  if (row && Number.isFinite(value) && value >= row.min && value <= row.max) {
-    submit(element, row.type === 'integer' ? Math.round(value) : value);
-    return;
-  }
-  const unit = row?.unit ? ` ${unitName(row.unit)}` : '',
-    range = row ? t('workbench.number_from', { min: plain(row.min), max: plain(row.max), unit }) : t('workbench.any_number');
-  const now = Number(valueAt(params.value, element.dataset.path ?? ''));
-  notify(
-    t('workbench.not_a_number', {
-      name: labelOf(params.value.kind, element.dataset.path ?? ''),
-      range,
-      value: plain(now),
-    }),
-  );
-  element.value = plain(now);
+  const { path = '' } = element.dataset;
+  const value = numberIn(element, labelOf(params.value.kind, path), find(schema.value, path), Number(valueAt(params.value, path)));
+  if (!Number.isNaN(value)) submit(element, value);
 }
 
 /** @param {Event} event */
@@ -107,7 +97,7 @@ function onChange(event) {
   if (!(element instanceof HTMLElement) || !element.dataset.path) return;
   if (element instanceof HTMLSelectElement) submit(element, element.value);
   else if (element instanceof HTMLInputElement && element.type === 'checkbox') submit(element, element.checked);
-  else if (element instanceof HTMLInputElement && element.type === 'number') onNumber(element);
+  else if (element instanceof HTMLInputElement && isNumber(element)) onNumber(element);
 }
 
 /** Arrows move a slider by a hundredth of its range, with Shift by one, Page by a tenth. @param {KeyboardEvent} event */
@@ -133,6 +123,7 @@ export function listen() {
   document.addEventListener('input', onInput);
   document.addEventListener('change', onChange);
   document.addEventListener('keydown', onKey);
+  document.addEventListener('keydown', countByArrows);
   document.addEventListener('pointerdown', (event) => {
     if (event.target instanceof HTMLInputElement && event.target.type === 'range') held = event.target;
   });

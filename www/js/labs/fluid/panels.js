@@ -3,10 +3,12 @@ import { html, nothing } from '../../../vendor/lit-html.js';
 import { find, livePaths } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { choose } from '../../session/session.js';
+import { typed } from '../../base/format.js';
 import { titleOf } from '../../session/scenario_words.js';
 import { locked, params, scenarios, schema } from '../../session/state.js';
 import { touch } from '../../draw/redraw.js';
 import { control } from '../../workbench/controls.js';
+import { numberIn } from '../../workbench/number_field.js';
 import { mark } from '../../workbench/player_mark.js';
 import { countChoice, paramsOf, pathOf } from '../../workbench/side_by_side.js';
 import { drawing, fieldsOf, fluids, nameOf, others, relief, renew, shownField, words } from './fluids.js';
@@ -41,12 +43,11 @@ function sceneParameter(i, name) {
       ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
   }
   return html`<label class="field"
-    title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input
-      type="number"
-    data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
+    title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input class="number" inputmode="decimal"
+    autocomplete="off" data-scene=${id} data-min=${row.min} data-max=${row.max} .value=${typed(Number(value))}
     @change=${(/** @type {Event} */ event) => {
-      const given = /** @type {HTMLInputElement} */ (event.target);
-      if (given.value !== '' && given.reportValidity()) set(Number(given.value));
+      const given = numberIn(/** @type {HTMLInputElement} */ (event.target), named?.label ?? words(name), row, Number(value));
+      if (!Number.isNaN(given)) set(given);
     }}><span class="unit">${unitName(row.unit)}</span></label>`;
 }
 

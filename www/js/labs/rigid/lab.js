@@ -1,7 +1,7 @@
 // The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
-import { fixed, localized, signed } from '../../base/format.js';
+import { fixed, localized, signed, typed } from '../../base/format.js';
 import { find } from '../../base/schema.js';
 import { change } from '../../session/params.js';
 import { recall } from '../../workbench/past.js';
@@ -16,6 +16,7 @@ import { aboutScenario } from '../../workbench/about.js';
 import { said } from '../../workbench/said.js';
 import { inTurn, onto, plotBox } from '../../workbench/canvas.js';
 import { control } from '../../workbench/controls.js';
+import { numberIn } from '../../workbench/number_field.js';
 import { costs, forget as forgetMeasured, measure } from '../../workbench/measure.js';
 import { opening } from '../../workbench/opening.js';
 import { mark } from '../../workbench/player_mark.js';
@@ -146,12 +147,13 @@ function sceneParameter(name) {
     value = params.value?.params?.[name],
     named = inputOf('rigid', `params.${name}`);
   if (!row || value === undefined) return nothing;
-  return html`<label class="field" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input type="number"
-    data-scene=${name} min=${row.min} max=${row.max}
-    step=${row.type === 'integer' ? 1 : 'any'} .value=${value === 0 ? '' : String(value)} placeholder=${t('rigid.default')}
+  return html`<label class="field" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input class="number" inputmode="decimal"
+    autocomplete="off" data-scene=${name} data-min=${row.min} data-max=${row.max} .value=${value === 0 ? '' : typed(Number(value))}
+    placeholder=${t('rigid.default')}
     @change=${(/** @type {Event} */ event) => {
-      const given = /** @type {HTMLInputElement} */ (event.target);
-      if (given.value === '' || given.checkValidity()) renew({ [`params.${name}`]: given.value === '' ? 0 : Number(given.value) });
+      const field = /** @type {HTMLInputElement} */ (event.target),
+        given = field.value.trim() === '' ? 0 : numberIn(field, named?.label ?? words(name), row, Number(value));
+      if (!Number.isNaN(given)) renew({ [`params.${name}`]: given });
     }}></label>`;
 }
 

@@ -3,7 +3,7 @@ import { batch, computed, effect, signal } from '../../../../vendor/signals-core
 import { Problem, call, constant, make } from '../../../base/api.js';
 import { metricHelp, metricRow } from '../../../base/metrics.js';
 import { find, open, rowOf, schemaOf, valueAt } from '../../../base/schema.js';
-import { t } from '../../../base/words.js';
+import { decimalPoint, t } from '../../../base/words.js';
 import { labs } from '../../../session/labs.js';
 import { link } from '../../../session/opening.js';
 import { schemas } from '../../../session/state.js';
@@ -115,12 +115,11 @@ export const variable = (path) => variables.value.find((one) => one.path === pat
 /** @param {string} text @param {Row | undefined} row @returns {string | number | boolean} */
 function toValue(text, row) {
   if (text === 'true' || text === 'false') return text === 'true';
-  const number = Number(text);
-  return row?.type === 'choice' || text === '' || !Number.isFinite(number) ? text : number;
+  return row?.type === 'choice' ? text : toNumber(text);
 }
 
-/** @param {string} text @returns {string[]} */
-export const listed = (text) => text.split(/[,;\s]+/).filter((part) => part !== '');
+/** Where a comma is the decimal sign, it divides values only before a space. @param {string} text @returns {string[]} */
+export const listed = (text) => text.split(decimalPoint.value === ',' ? /,?\s+|;\s*/ : /[,;\s]+/).filter((part) => part !== '');
 
 /** @param {Axis} axis @param {boolean} sampled */
 function axisJson(axis, sampled) {

@@ -1,13 +1,18 @@
 // Windows of an experiment, which are parts of its runs: as they are typed, and as the specification has them.
 
+import { typedNumber } from '../../../base/format.js';
+
 /** on: only while the value, a column of the trace or a parameter, is above and below these; an empty text is no bound
  * @typedef {{name: string, from: string, to: string, on: boolean, value: string, above: string, below: string}} Part */
 
 export const PARTS_MAX = 8;
 const NAME_MAX = 24;
 
-/** @param {string} text @returns {number | string} text that is not a number is passed on: the daemon rejects it */
-export const toNumber = (text) => (text.trim() === '' || !Number.isFinite(Number(text)) ? text : Number(text));
+/** @param {string} text @returns {number | string} text that is not a number, or more than one, is passed on: the daemon rejects it */
+export function toNumber(text) {
+  const number = typedNumber(text);
+  return number === 'ambiguous' || Number.isNaN(number) ? text : number;
+}
 
 /** A name is a part of paths: of what is typed the rest is left out. @param {string} text */
 export const partName = (text) =>

@@ -2,7 +2,8 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { effect, signal, untracked } from '../../../../vendor/signals-core.js';
 import { styleSheet } from '../../../base/api.js';
-import { letter } from '../../../base/format.js';
+import { letter, typed } from '../../../base/format.js';
+import { numberIn } from '../../../workbench/number_field.js';
 import { toValue } from '../../../base/link.js';
 import { find, valueAt } from '../../../base/schema.js';
 import { link } from '../../../session/opening.js';
@@ -121,11 +122,10 @@ function valueField(side) {
         }</option>`,
     )}</select></label>`;
   }
-  return html`<label class="field">${label}<input type="number" inputmode="decimal" data-run=${side} min=${row.min} max=${row.max}
-    step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)} @change=${(/** @type {Event} */ event) => {
-      const input = /** @type {HTMLInputElement} */ (event.target);
-      if (input.value !== '' && input.checkValidity()) put(input.valueAsNumber);
-      else input.value = String(value);
+  return html`<label class="field">${label}<input class="number" inputmode="decimal" autocomplete="off" data-run=${side} data-min=${row.min}
+    data-max=${row.max} .value=${typed(Number(value))} @change=${(/** @type {Event} */ event) => {
+      const given = numberIn(/** @type {HTMLInputElement} */ (event.target), settingOf(path, true), row, Number(value));
+      if (!Number.isNaN(given)) put(given);
     }}><span class="unit">${words.value?.units[row.unit] ?? row.unit}</span></label>`;
 }
 

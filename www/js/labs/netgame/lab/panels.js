@@ -1,9 +1,10 @@
 // The controls next to each view.
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { control } from '../../../workbench/controls.js';
+import { numberIn } from '../../../workbench/number_field.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
 import { follow } from './follow.js';
-import { fixed, letter } from '../../../base/format.js';
+import { fixed, letter, typed } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { icons } from '../../../workbench/icons.js';
 import { locked, params } from '../../../session/state.js';
@@ -30,17 +31,19 @@ export function aiming(player) {
   const [angle = 0, speed = 0] = aim.value[player] ?? [];
   const top = Number(params.value?.params?.muzzle_speed_mps ?? 30);
   const set = (/** @type {'angle' | 'speed'} */ what) => (/** @type {Event} */ event) => {
-    const value = /** @type {HTMLInputElement} */ (event.target).valueAsNumber;
-    if (!Number.isFinite(value)) return;
-    if (what === 'angle') setAim(player, value / 90, speed);
+    const isAngle = what === 'angle',
+      row = { min: 0, max: isAngle ? 90 : top, unit: isAngle ? '°' : 'm/s' },
+      now = isAngle ? Math.round(angle * 90) : Number((speed * top).toFixed(1));
+    const value = numberIn(/** @type {HTMLInputElement} */ (event.target), t(`netgame.${what}`), row, now);
+    if (Number.isNaN(value)) return;
+    if (isAngle) setAim(player, value / 90, speed);
     else setAim(player, angle, value / top);
   };
   return html`<div class="pair aim">
-    <label class="field"><span>${t('netgame.angle')}</span><input type="number" min="0" max="90" step="1" .value=${fixed(angle * 90, 0)}
-      @change=${set('angle')}><span class="unit">°</span></label>
-    <label class="field"><span>${t('netgame.speed')}</span><input type="number" min="0" max=${top} step="any"
-      .value=${String(Number((speed * top).toFixed(1)))}
-      @change=${set('speed')}><span class="unit">m/s</span></label>
+    <label class="field"><span>${t('netgame.angle')}</span><input class="number" inputmode="decimal" autocomplete="off" data-min="0" data-max="90"
+      .value=${fixed(angle * 90, 0)} @change=${set('angle')}><span class="unit">°</span></label>
+    <label class="field"><span>${t('netgame.speed')}</span><input class="number" inputmode="decimal" autocomplete="off" data-min="0" data-max=${top}
+      .value=${typed(Number((speed * top).toFixed(1)))} @change=${set('speed')}><span class="unit">m/s</span></label>
     </div>`;
 }
 
