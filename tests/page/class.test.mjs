@@ -5,7 +5,7 @@ import { networkInterfaces, tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import { api, axe, button, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit, pick } from './lib.mjs';
 import { sweep, test } from './tiers.mjs';
 
 const WIDE = { width: 1366, height: 768 },
@@ -324,7 +324,7 @@ test('the teacher: a reload, another scenario, a second device, the end', async 
   await teacher.page.reload();
   await shown(teacher.page);
   await settles(async () => (await sessionOf(teacher.page))?.owner, true);
-  await teacher.page.locator('#scenario').selectOption('cannon');
+  await pick(teacher.page, 'cannon');
   await until(async () => (await paramsOf(watcher.page))?.game === 'cannon', 'another board on every page');
   await until(async () => (await paramsOf(phone.page))?.game === 'cannon', 'on the second device too');
   await silent([teacher, phone]);

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, beforeEach, afterEach, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { words as names } from './german.mjs';
-import { api, control, dialogOf, frameOf, launch, paramsOf, reads, sessionOf, settles, until, visit } from './lib.mjs';
+import { api, axe, control, dialogOf, frameOf, launch, paramsOf, reads, sessionOf, settles, until, visit, pick } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -271,14 +271,65 @@ test('seed and parameters of the address are used; bad ones are named and the de
 test('another scenario is chosen from the list of the daemon', async () => {
   const { page } = view;
   const list = (await api(daemon.url, 'scenarios')).body.scenarios;
-  await settles(() => page.locator('#scenario option:not([disabled])').count(), list.length);
+  await page.locator('#scenario').click();
+  await settles(() => page.locator('.options [role="option"]').count(), list.length);
+  await page.keyboard.press('Escape');
   for (const id of ['paper/fig11', 'cannon', 'gambetta']) {
-    await page.locator('#scenario').selectOption(id);
+    await pick(page, id);
     const wanted = list.find((s) => s.id === id);
     await until(async () => (await paramsOf(page))?.title === wanted.title, wanted.title);
     await until(async () => (await frameOf(page))?.tick > 5, 'it runs');
     await until(async () => page.url().includes(`scenario=${id}`), 'the address');
     await reads(() => page.title(), new RegExp(wanted.title.slice(0, 8).replace(/[^\w ]/g, '.')));
+  }
+});
+
+test('scenarios are found by words of their titles and texts, by keys and by touch, under their groups', async () => {
+  for (const [lang, sought, id] of [
+    ['en', 'DOMINOES', ''],
+    ['en', 'pyramid', 'rigid/pyramid'],
+    ['de', 'pyramide', 'rigid/pyramid'],
+  ]) {
+    const { page, complaints, close } = await visit(browser, `${daemon.url}?lang=${lang}#race`, {
+      width: 390,
+      height: 844,
+      hasTouch: true,
+    });
+    const list = (await api(daemon.url, 'scenarios')).body.scenarios,
+      options = page.locator('.options [role="option"]');
+    await page.locator('#scenario').tap();
+    const field = page.getByRole('combobox').and(page.locator('dialog input'));
+    await settles(() => options.count(), list.length);
+    assert.equal(await page.locator('.options [role="group"]').count(), 5);
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute('role')), 'combobox', 'one can type at once');
+    assert.deepEqual(await axe(page), []);
+    await field.fill(`${sought} xyzzy`);
+    await settles(() => options.count(), 0);
+    await field.fill(sought);
+    await until(async () => (await options.count()) < 40, 'fewer');
+    if (id === '') {
+      await page.keyboard.press('Escape'); /* clears the search */
+      await page.keyboard.press('Escape');
+      await page.locator('dialog[open]').waitFor({ state: 'detached' });
+    } else {
+      const selected = () => page.locator('.options [aria-selected="true"]').getAttribute('id');
+      const first = await selected();
+      assert.equal(await field.getAttribute('aria-activedescendant'), first);
+      if ((await options.count()) > 1) {
+        await field.press('ArrowDown');
+        assert.notEqual(await selected(), first);
+        assert.equal(await field.getAttribute('aria-activedescendant'), await selected());
+      }
+      const at = await options.evaluateAll((all, wanted) => all.findIndex((one) => one.dataset.scenario === wanted), id);
+      assert.ok(at >= 0, 'it is there');
+      for (let i = 0; i < 40; i++) await field.press('ArrowUp');
+      for (let i = 0; i < at; i++) await field.press('ArrowDown');
+      await field.press('Enter');
+      await until(async () => page.url().includes(`scenario=${id}`), id);
+      await settles(() => page.locator('dialog[open]').count(), 0);
+    }
+    assert.deepEqual(complaints, []);
+    await close();
   }
 });
 

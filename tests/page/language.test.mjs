@@ -96,13 +96,12 @@ test('one language is read, and of a lab only what it shows', async () => {
   }
 });
 
-test('a choice in the help is shown at once, stays in the browser, and moves an address that names a language', async () => {
+test('a choice in the head of any view is shown at once, stays in the browser, and moves an address that names a language', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rigid/pyramid`);
-  await button(page, 'Help').click();
-  await page.locator('#language').selectOption('de');
-  await page.getByRole('heading', { name: words.de.page['shell.help'] }).waitFor();
+  const choose = (/** @type {string} */ name) => page.locator(`.languages [lang="${name}"]`).click();
+  await choose('de');
+  await page.locator('.help', { hasText: '?' }).and(page.getByLabel(words.de.page['shell.help'])).waitFor();
   assert.equal(await languageOf(page), 'de');
-  await page.keyboard.press('Escape');
   await page.locator('.methods label span', { hasText: words.de.inputs.rigid['solver.bounding_volume'].label }).first().waitFor();
   await page.reload();
   await shown(page);
@@ -110,9 +109,15 @@ test('a choice in the help is shown at once, stays in the browser, and moves an 
   await page.goto(`${daemon.url}?scenario=rigid/pyramid&lang=en`);
   await shown(page);
   assert.equal(await languageOf(page), 'en');
-  await button(page, 'Help').click();
-  await page.locator('#language').selectOption('de');
+  await choose('de');
   await page.waitForFunction(() => location.search.includes('lang=de'));
+  for (const at of ['', '#experiments', '#tradeoff', '#lesson=late_answer', '?scenario=race', '?scenario=cannon']) {
+    await page.goto(`${daemon.url}${at}`);
+    for (const name of ['en', 'de']) {
+      await choose(name);
+      await settles(() => languageOf(page), name, `${name} at ${at}`);
+    }
+  }
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -143,7 +148,7 @@ test('scenarios of the library have their titles and texts in German, and the se
   const { page, close } = await visit(browser, `${daemon.url}?lang=de&scenario=rigid/pyramid`);
   await settles(() => page.locator('.about h2').first().innerText(), own['rigid/pyramid'].title);
   await settles(() => page.locator('.about p').first().innerText(), own['rigid/pyramid'].text);
-  await settles(() => page.locator('#scenario option:checked').innerText(), own['rigid/pyramid'].title);
+  await settles(() => page.locator('#scenario').innerText(), own['rigid/pyramid'].title);
   await page.goto(`${daemon.url}?lang=de`);
   for (const words of [own['rigid/pyramid'].title, scenarios.find((/** @type {{id: string}} */ row) => row.id === 'rigid/pyramid').title]) {
     await page.locator('.seek input').fill(words);

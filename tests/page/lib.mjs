@@ -354,6 +354,12 @@ export function control(page, path, type = '') {
   return page.locator(`#app [data-path="${path}"]${type === 'number' ? '.number' : type && `[type="${type}"]`}`).first();
 }
 
+/** From the list of scenarios. @param {import('playwright-core').Page} page @param {string} id */
+export async function pick(page, id) {
+  await page.locator('#scenario').click();
+  await page.locator(`[data-scenario="${id}"]`).click();
+}
+
 /** The accessibility rules that a page breaks, as text. Nothing is drawn meanwhile. colours: of contrast alone, for another scheme of what
  * has been checked. @param {import('playwright-core').Page} page @param {{colours?: boolean}} [wish] */
 export async function axe(page, { colours = false } = {}) {

@@ -7,7 +7,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { startDaemon } from '../lib/daemon.mjs';
-import { refreshes, launch, sessionOf, settles, shown, until, visit } from './lib.mjs';
+import { refreshes, launch, sessionOf, settles, shown, until, visit, pick } from './lib.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 
@@ -115,7 +115,7 @@ const builds = (page) =>
 
 /** @param {import('playwright-core').Page} page */
 async function showRigid(page) {
-  await page.locator('#scenario').selectOption('rigid/column');
+  await pick(page, 'rigid/column');
   await page.waitForFunction(() => globalThis.rigidOf !== undefined && globalThis.laglab().params?.kind === 'rigid');
   return page.evaluate(() => globalThis.rigidOf);
 }

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { pause } from '../lib/client.mjs';
 import { shardOf, startShards } from '../lib/shards.mjs';
-import { api, button, frameOf, launch, reads, sessionOf, shown, until, visit } from './lib.mjs';
+import { api, button, frameOf, launch, reads, sessionOf, shown, until, visit, pick } from './lib.mjs';
 
 const WRITTEN_MS = 300; /* after an answer, until its change is stored: the daemon needs some milliseconds */
 
@@ -56,7 +56,7 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
       body: '{"scenario":"race"}',
     });
     const before = (await state()).board;
-    await teacher.page.locator('#scenario').selectOption(scenario);
+    await pick(teacher.page, scenario);
     await until(async () => (await state()).board !== before, `${scenario} on the board`);
     assert.equal(shardOf((await state()).board), shard);
   }

@@ -21,6 +21,7 @@ import {
   tickOf,
   until,
   visit,
+  pick,
 } from './lib.mjs';
 import { sweep, test } from './tiers.mjs';
 
@@ -364,7 +365,7 @@ test('every scenario belongs to the lab that shows it', async () => {
     ['fluid/pool', 'Fluid'],
     ['sea_watched', 'Fluid'],
   ]) {
-    await page.locator('#scenario').selectOption(scenario);
+    await pick(page, scenario);
     await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
     await settles(current, [lab], scenario);
   }

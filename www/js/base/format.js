@@ -32,8 +32,8 @@ export function plain(value) {
 /** A number as a text field has it, in the language's form. @param {number} value @returns {string} */
 export const typed = (value) => plain(value).replace('.', decimalPoint.value);
 
-/** What a person typed, with the language's decimal sign or the point. Where a sign may also divide thousands, as in 0,2 in English and 1.234
- * in German, nothing is guessed. @param {string} text @returns {number | 'ambiguous'} NaN: no number */
+/** What a person typed, with the language's decimal sign or the point. Where a sign may also divide thousands, as in 0,2 in English and
+ * 1.234 in German, nothing is guessed. @param {string} text @returns {number | 'ambiguous'} NaN: no number */
 export function typedNumber(text) {
   const own = decimalPoint.value,
     given = text.trim().replaceAll('−', '-');

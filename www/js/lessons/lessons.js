@@ -1,29 +1,12 @@
 // The lessons: a list of questions, and each with its steps next to a lab. What the rest of the page uses of them.
-import { html } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
-import { speakIn } from '../base/words.js';
-import { showAddress } from '../session/params.js';
 import { lesson } from '../session/state.js';
 import { choice, choose, listen, opened } from './steps.js';
-import { LANGUAGES, language, word } from './words.js';
+import { language, word } from './words.js';
 
 export { light } from './controls.js';
 export { door } from './door.js';
 export { caption, page } from './rail.js';
-
-/** The choice of the language. @returns {import('lit-html').TemplateResult} */
-export function languages() {
-  return html`<div class="units languages" role="group" aria-label=${word('language')}>${LANGUAGES.map(
-    (name) => html`<button type="button" lang=${name} aria-pressed=${name === language.value}
-      aria-label=${`${name.toUpperCase()}, ${word(`shell.language.${name}`)}`}
-      @click=${() => {
-        if (lesson.value === null) return;
-        lesson.value = { ...lesson.value, lang: name };
-        showAddress();
-        speakIn(name, true);
-      }}>${name.toUpperCase()}</button>`,
-  )}</div>`;
-}
 
 /** Keys 1 to 5 choose an answer. @param {KeyboardEvent} event @returns {boolean} whether it was one */
 export function press(event) {

@@ -4,7 +4,7 @@ import { digits, has, language, need, speakIn } from '../base/words.js';
 import { lesson } from '../session/state.js';
 
 export { file } from '../base/place.js';
-export { LANGUAGES, language, t as word } from '../base/words.js';
+export { language, t as word } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
 /** @typedef {Text & {one?: Text}} Unit  one: of a value of 1 */

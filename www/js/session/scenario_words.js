@@ -32,6 +32,9 @@ export function need() {
 /** @param {{id: string, title: string}} row @returns {string} */
 export const titleOf = ({ id, title }) => translated.value[id]?.title ?? title;
 
+/** What it is about; empty where nothing is said. @param {{id: string, text?: string}} row @returns {string} */
+export const textOf = ({ id, text = '' }) => translated.value[id]?.text ?? text;
+
 /** With the figure of the paper that it shows. @param {{id: string, title: string, paper: string}} row @returns {string} */
 export const fullTitleOf = (row) => (row.paper ? `${row.paper}: ${titleOf(row)}` : titleOf(row));
 

@@ -10,7 +10,7 @@ import { t } from '../base/words.js';
  * @typedef {{kind: string, game: string, given: any, params: any}} Layout  game: the kind itself where there is none; params: at that time
  *  */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
-/** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */
+/** @typedef {{id: string, title: string, paper: string, kind: string, text?: string}} ScenarioRow */
 /** @type {import('@preact/signals-core').Signal<Session | null>} */
 export const session = signal(null);
 /** The whole scenario with its present values. @type {import('@preact/signals-core').Signal<any>} */

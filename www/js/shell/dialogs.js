@@ -5,31 +5,15 @@ import { address } from '../base/api.js';
 import { THEMES, writeQuery } from '../base/link.js';
 import { lab } from '../session/labs.js';
 import { link } from '../session/opening.js';
-import { showAddress } from '../session/params.js';
-import { lesson, params, session, theme } from '../session/state.js';
+import { params, session, theme } from '../session/state.js';
 import { sync } from '../workbench/controls.js';
 import { dialog as open } from '../workbench/dialog.js';
 import { keyRow } from '../workbench/key_row.js';
 import { keys, setSingleKeys, setTheme, singleKeys } from './keys.js';
-import { LANGUAGES, language, speakIn, t } from '../base/words.js';
+import { scenarioList } from './scenarios.js';
+import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-
-/** A person's choice: kept, and put into the address where that has one. @param {string} name */
-function choose(name) {
-  if (link.lang !== '') link.lang = name;
-  if (lesson.value !== null && lesson.value.lang !== '') lesson.value = { ...lesson.value, lang: name };
-  showAddress();
-  speakIn(name, true);
-}
-
-/** @returns {Template} */
-function languageChoice() {
-  return html`<label class="field choice"><span>${t('shell.language')}</span><select id="language"
-    @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>${LANGUAGES.map(
-      (name) => html`<option value=${name} lang=${name} ?selected=${name === language.value}>${t(`shell.language.${name}`)}</option>`,
-    )}</select></label>`;
-}
 
 /** @returns {Template} */
 function help() {
@@ -37,7 +21,6 @@ function help() {
   const themes = THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${t(`shell.theme.${name}`)}</option>`);
   return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
       @change=${onKeys}><span>${t('shell.single_keys')}</span></label>
-    ${languageChoice()}
     <label class="field choice"><span>${t('shell.colours')}</span><select .value=${theme.value}
       @change=${(/** @type {Event} */ event) => setTheme(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${themes}</select></label>
@@ -71,6 +54,7 @@ function share() {
 /** @param {import('../session/lab.js').Dialog} at @returns {[string, Template] | undefined} title and content */
 function content({ kind, of }) {
   if (kind === 'help') return [t('shell.help'), help()];
+  if (kind === 'scenarios') return scenarioList();
   if (kind === 'share') return [t('shell.share'), share()];
   return lab.value?.dialogs?.[kind]?.(of);
 }

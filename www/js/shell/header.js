@@ -17,41 +17,16 @@ import {
   lesson,
   place,
   readOnly,
-  scenarios,
   status,
   tradeoff,
 } from '../session/state.js';
-import { fullTitleOf } from '../session/scenario_words.js';
 import { backToLive } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
-import { lessons } from './lessons.js';
+import { languages } from './language.js';
+import { chooser } from './scenarios.js';
 import { t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-
-/** @returns {Template} */
-function chooser() {
-  const now = shownScenario();
-  const rows = scenarios.value;
-  const kind = (/** @type {string} */ name) => rows.filter((row) => !row.id.startsWith('paper/') && row.kind === name);
-  const group = (/** @type {string} */ label, /** @type {import('../session/state.js').ScenarioRow[]} */ list) =>
-    list.length === 0
-      ? nothing
-      : html`<optgroup label=${label}>${list.map(
-          (row) => html`<option value=${row.id}
-        .selected=${row.id === now}>${fullTitleOf(row)}</option>`,
-        )}</optgroup>`;
-  const none = () => html`<option value="" selected disabled>${t(rows.length > 0 ? 'shell.not_library' : 'shell.loading')}</option>`;
-  return html`<label class="field choice scenario"><span>${t('shell.scenario')}</span><select id="scenario"
-    aria-label=${t('shell.scenario')}
-    @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
-    ${now === '' ? none() : nothing}
-    ${labs.value.map((lab) => group(t(lab.group), kind(lab.kind)))}
-    ${group(
-      t('shell.figures'),
-      rows.filter((row) => row.id.startsWith('paper/')),
-    )}</select></label>`;
-}
 
 let lastExperiment = ''; /* that was shown: the way back leads to it */
 effect(() => {
@@ -136,9 +111,9 @@ export function header() {
   const help = html`<button type="button" class="help" aria-label=${t('shell.help')} title=${`${t('shell.help')} ( ? )`}
     @click=${() => open({ kind: 'help' })}>?</button>`;
   if (lesson.value !== null) {
-    return html`<header class="top brief"><h1>laglab</h1>${tabs()}${lessons.value?.languages() ?? nothing}${help}</header>`;
+    return html`<header class="top brief"><h1>laglab</h1>${tabs()}${languages()}${help}</header>`;
   }
-  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${help}</header>`;
+  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${languages()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}
     <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
@@ -150,7 +125,7 @@ export function header() {
     }
     ${place.value.at === '' ? classButton() : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button>
-    ${help}</header>`;
+    ${languages()}${help}</header>`;
 }
 
 /** @param {import('../stream/frame.js').Frame} now */

@@ -147,9 +147,9 @@ function sceneParameter(name) {
     value = params.value?.params?.[name],
     named = inputOf('rigid', `params.${name}`);
   if (!row || value === undefined) return nothing;
-  return html`<label class="field" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input class="number" inputmode="decimal"
-    autocomplete="off" data-scene=${name} data-min=${row.min} data-max=${row.max} .value=${value === 0 ? '' : typed(Number(value))}
-    placeholder=${t('rigid.default')}
+  return html`<label class="field" title=${named?.tip ?? row.help}><span>${named?.label ?? words(name)}</span><input class="number"
+    inputmode="decimal" autocomplete="off" data-scene=${name} data-min=${row.min} data-max=${row.max}
+    .value=${value === 0 ? '' : typed(Number(value))} placeholder=${t('rigid.default')}
     @change=${(/** @type {Event} */ event) => {
       const field = /** @type {HTMLInputElement} */ (event.target),
         given = field.value.trim() === '' ? 0 : numberIn(field, named?.label ?? words(name), row, Number(value));

@@ -40,9 +40,10 @@ export function aiming(player) {
     else setAim(player, angle, value / top);
   };
   return html`<div class="pair aim">
-    <label class="field"><span>${t('netgame.angle')}</span><input class="number" inputmode="decimal" autocomplete="off" data-min="0" data-max="90"
-      .value=${fixed(angle * 90, 0)} @change=${set('angle')}><span class="unit">°</span></label>
-    <label class="field"><span>${t('netgame.speed')}</span><input class="number" inputmode="decimal" autocomplete="off" data-min="0" data-max=${top}
+    <label class="field"><span>${t('netgame.angle')}</span><input class="number" inputmode="decimal" autocomplete="off"
+      data-min="0" data-max="90" .value=${fixed(angle * 90, 0)} @change=${set('angle')}><span class="unit">°</span></label>
+    <label class="field"><span>${t('netgame.speed')}</span><input class="number" inputmode="decimal" autocomplete="off"
+      data-min="0" data-max=${top}
       .value=${typed(Number((speed * top).toFixed(1)))} @change=${set('speed')}><span class="unit">m/s</span></label>
     </div>`;
 }
