@@ -244,3 +244,41 @@ test('the help has the keys and views of the lab that is shown: driving only wit
   assert.deepEqual((await captions()).found, ['Keys', 'Driving']);
   await close();
 });
+
+test('a lab that is left lets go of what it has made: nodes and listeners are where they were', async () => {
+  const { page, context, close } = await visit(browser, `${daemon.url}#race`);
+  const devtools = await context.newCDPSession(page);
+  for (const domain of /** @type {const} */ (['Performance', 'HeapProfiler'])) await devtools.send(`${domain}.enable`);
+  /** All labs once, the race last. */
+  const round = async () => {
+    for (const [name, kind] of [
+      ['Step', 'motion'],
+      ['Collide', 'rigid'],
+      ['Fluid', 'fluid'],
+      ['Race', 'netgame'],
+    ]) {
+      await button(page, name).click();
+      await page.waitForFunction(
+        (of) =>
+          globalThis.laglab().params?.kind === of && globalThis.laglab().frame?.tick > 5 && document.querySelector('main canvas') !== null,
+        kind,
+      );
+    }
+    await page.locator('#error-chart canvas').waitFor();
+  };
+  const held = async () => {
+    for (let i = 0; i < 3; i++) {
+      await devtools.send('HeapProfiler.collectGarbage');
+      await refreshes(page, 3);
+    }
+    const { metrics } = await devtools.send('Performance.getMetrics');
+    return ['Nodes', 'JSEventListeners'].map((name) => metrics.find((one) => one.name === name)?.value ?? NaN);
+  };
+  for (let i = 0; i < 2; i++) await round(); /* the last of each lab may be kept */
+  const [nodes = 0, listeners = 0] = await held();
+  for (let i = 0; i < 3; i++) await round();
+  const [later = Infinity, heard = Infinity] = await held();
+  /* one page of a race, which the browser's compiler may keep, has 1,130 nodes and 64 listeners: not three */
+  assert.ok(later < nodes + 1700 && heard < listeners + 100, `${nodes} nodes and ${listeners} listeners, then ${later} and ${heard}`);
+  await close();
+});

@@ -23,6 +23,7 @@ function nameOf({ dataset: { view }, id }) {
 
 /** A drawing begins again: nothing of it is known. @param {HTMLCanvasElement} canvas @param {number} width CSS px @param {number} height */
 export function begin(canvas, width, height) {
+  if (told.get(nameOf(canvas))?.canvas !== canvas) for (const [name, { canvas: of }] of told) if (!of.isConnected) told.delete(name);
   told.set(nameOf(canvas), { canvas, width, height, places: new Map() });
 }
 

@@ -46,6 +46,7 @@
  * @property {() => Record<string, number>} [rates]  other than those it begins with; 0 for a channel that is not wanted
  * @property {(now: any, before: any, asked: Record<string, unknown>) => string[]} [followed]  parameters that changed with those asked for
  * @property {() => PropertyDescriptorMap} [facts]  of window.laglab
+ * @property {() => void} [end]  it is left: what it has made lets go of the page
  * @property {Key[]} [keys]
  * @property {(event: KeyboardEvent) => boolean} [press]  a key that is none of `keys`: whether it was one of the lab's
  * @property {(event: KeyboardEvent) => void} [release]

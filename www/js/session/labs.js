@@ -50,10 +50,16 @@ export function load(about) {
   return now;
 }
 
-/** Reads each lab when it is first shown. @param {About[]} list @param {About} first */
+/** Reads each lab when it is first shown, and ends it when it is left. @param {About[]} list @param {About} first */
 export function register(list, first) {
   likely.value = first;
   labs.value = list;
+  let before = '';
+  effect(() => {
+    const now = lab.value ? (kind.value ?? '') : '';
+    if (now !== before) read.peek().get(before)?.end?.();
+    before = now;
+  });
   effect(() => {
     const about = list.find((one) => one.kind === kind.value);
     if (about) load(about);

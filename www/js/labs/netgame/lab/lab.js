@@ -10,7 +10,7 @@ import { forget, memory, overlays, take } from '../core/state.js';
 import { draw, listen } from './drawing.js';
 import { KEYS, press, release } from './keys.js';
 import * as page from './page.js';
-import { compare, compared } from './side.js';
+import { compare, compared, end } from './side.js';
 
 /** What is worth a closer look from the start. @param {import('../core/layout.js').Layout} of */
 function inspectorOf(of) {
@@ -82,6 +82,7 @@ export const lab = {
   rates,
   followed,
   facts,
+  end,
   keys: KEYS,
   press: (event) => compared() === null && press(event),
   release,

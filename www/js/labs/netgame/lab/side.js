@@ -190,6 +190,13 @@ export function plotBy(made) {
   ChartOf = made;
 }
 
+/** The lab is left. */
+export function end() {
+  charts?.error.end();
+  charts?.buffer.end();
+  charts = null;
+}
+
 /** @param {Frame} frame @param {boolean} settled no frame follows soon: draw all of it */
 export function showSide(frame, settled) {
   const error = document.getElementById('error-chart'),
@@ -197,12 +204,13 @@ export function showSide(frame, settled) {
   if (!error || !buffer) return;
   const players = frame.views.length - 1;
   if (ChartOf !== null) {
-    if (charts?.error.box !== error)
+    if (charts?.error.box !== error) {
+      end(); /* its boxes are new */
       charts = {
-        /* after a return to the page its boxes are new */
         error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
         buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
       };
+    }
     const { error: errors, buffer: buffers } = charts;
     if (memory.curves.length === players) {
       curves.error(settled, () => errors.draw(memory));

@@ -25,7 +25,7 @@ export class Chart {
 
   /** Created again when players, colours or size class change. @param {Curve[]} curves @param {number} width @param {number} height */
   make(curves, width, height) {
-    this.plot?.destroy();
+    this.end();
     const colours = palette();
     const axis = {
       stroke: () => palette().faint,
@@ -65,6 +65,12 @@ export class Chart {
       this.box,
     );
     for (const part of this.box.querySelectorAll('canvas')) part.setAttribute('aria-hidden', 'true');
+  }
+
+  /** Without this the library keeps a plot, with the page around it. */
+  end() {
+    this.plot?.destroy();
+    this.plot = null;
   }
 
   /** In ms: where people begin to notice. @param {uPlot} plot */
