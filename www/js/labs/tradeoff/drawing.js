@@ -6,7 +6,7 @@ import { onto } from '../../workbench/canvas.js';
 import { runs } from './live.js';
 import * as name from './names.js';
 import { place } from './place.js';
-import { TOUCH_PX, drawTradeoff, formOf, frameOf } from './plot.js';
+import { SMALL_PX, TOUCH_PX, drawTradeoff, formOf, frameOf } from './plot.js';
 import { drawRun } from './scenes.js';
 import { handleWords, methodOf } from './sentence.js';
 import { dark, lines, now, selected } from './state.js';
@@ -45,7 +45,7 @@ function drawPlot() {
       dark: dark.value,
       lines: lines.value,
       words: { budget: handleWords(at, 'budget'), enough: handleWords(at, 'enough') },
-      x: name.costOf(at.cost),
+      x: surface.width < SMALL_PX ? name.briefCostOf(at.cost) : name.costOf(at.cost),
       y: name.errorOf(at.error),
       winner: at.winner,
       ring: t('tradeoff.ring'),

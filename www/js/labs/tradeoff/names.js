@@ -131,13 +131,13 @@ export const offOf = (problem, value) => {
 /** How many times as much. @param {number} times */
 export const timesOf = (times) => localized(String(Number(times.toPrecision(2))));
 
-/** Seconds that the game stood still, of how many: what no other cost shows. Null where it did not.
+/** Seconds that the game stood still, of how many: what no other cost shows. Null where it never does.
  * @param {Family} family @param {Row} row @returns {{still: number, of: number} | null} */
 export function stillOf({ costs }, row) {
   const at = costs.findIndex(({ path }) => path === 'server.stalled_s'),
     still = row.costs[at]?.[0] ?? 0,
     of = Number(/(?:^| )duration_s=([0-9.]+)/.exec(row.set)?.[1] ?? 0);
-  return at >= 0 && still >= 1 && of > 0 ? { still, of } : null;
+  return at >= 0 && of > 0 ? { still, of } : null;
 }
 
 // ---- a file ----

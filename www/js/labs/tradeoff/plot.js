@@ -9,14 +9,15 @@ import { countOf, tenTo } from './names.js';
 /** @typedef {import('../../draw/palette.js').Palette} Palette */
 /** log: in decades; low, high: its ends, as numbers or decades @typedef {{log: boolean, low: number, high: number}} Axis */
 /** In CSS px. @typedef {{x: number, y: number}} Spot */
-/** left, right, top, bottom: of the field, px
- * @typedef {{left: number, right: number, top: number, bottom: number, across: Axis, up: Axis,
+/** left, right, top, bottom: of the field, px; limit: how far names may reach
+ * @typedef {{left: number, right: number, limit: number, top: number, bottom: number, across: Axis, up: Axis,
  *   toX: (value: number) => number, toY: (value: number) => number, ofX: (px: number) => number, ofY: (px: number) => number}} Frame */
 /** @typedef {{method: string, text: string, x: number, y: number, width: number}} Label */
 
 const FORMS = 8; /* marks, and colours */
 const MANY = 8; /* times between least and largest, from which on an axis has decades */
 const NEAR_PX = 22;
+export const SMALL_PX = 520; /* of a phone */
 export const TOUCH_PX = 44; /* of what a thumb takes */
 const LABEL_PX = 26; /* between two names, one below the other: each can be pressed */
 
@@ -37,7 +38,7 @@ function axisOf(values, zero) {
 /** Where values are, in a plot of this size. @param {Point[]} points all that may be shown, and both lines
  * @param {{width: number, height: number}} size @param {number} text px @returns {Frame} */
 export function frameOf(points, { width, height }, text) {
-  const small = width < 520,
+  const small = width < SMALL_PX,
     costs = points.map(({ cost }) => cost),
     errors = points.map(({ error }) => error);
   const across = axisOf(costs, costs.includes(0)),
@@ -55,6 +56,7 @@ export function frameOf(points, { width, height }, text) {
   return {
     left,
     right,
+    limit: width - 4,
     top,
     bottom,
     across,
@@ -239,7 +241,7 @@ function markAt(pen, colours, at, place, { size, hollow }) {
 export function drawTradeoff(surface, colours, frame, wish) {
   const { pen } = surface,
     { points, named } = wish;
-  grid(pen, colours, frame, { x: wish.x, y: wish.y, small: surface.width < 520 });
+  grid(pen, colours, frame, { x: wish.x, y: wish.y, small: surface.width < SMALL_PX });
   field(pen, colours, frame, wish);
   const spotOf = (/** @type {Point} */ point) => ({ x: frame.toX(point.cost), y: frame.toY(point.error) });
   const pale = (/** @type {string} */ method) => (wish.dark === '' ? !named.includes(method) : method !== wish.dark);
@@ -378,13 +380,20 @@ function drawRing(pen, colours, at, words, text, size) {
  * @param {(Spot & {point: Point})[]} spots @param {string} text */
 function beside(pen, colours, frame, spots, text) {
   const at = spots.reduce((best, one) => (one.point.error < best.point.error ? one : best));
-  const wide = widthOf(pen, colours, text, true),
-    right = at.x + 14 + wide < frame.right;
-  drawText(pen, colours, text, right ? at.x + 14 : at.x - 14, Math.min(frame.bottom - 12, at.y + 6), {
-    align: right ? 'left' : 'right',
-    bold: true,
-    colour: colours.snap,
-  });
+  const right = at.x + 14 + widthOf(pen, colours, text, true) < frame.right,
+    room = right ? frame.right - at.x : at.x - frame.left - 18;
+  /* in two lines where one has no room */
+  const words = text.split(' '),
+    half = Math.ceil(words.length / 2),
+    lines = widthOf(pen, colours, text, true) < room ? [text] : [words.slice(0, half).join(' '), words.slice(half).join(' ')];
+  const low = Math.min(frame.bottom - 12, at.y + 6);
+  lines.forEach((line, k) =>
+    drawText(pen, colours, line, right ? at.x + 14 : at.x - 14, low - (lines.length - 1 - k) * colours.text * 1.3, {
+      align: right ? 'left' : 'right',
+      bold: true,
+      colour: colours.snap,
+    }),
+  );
 }
 
 /** Names at the ends of the lines: at the dear end, where there is room; none covers another or a handle.
@@ -403,7 +412,7 @@ function labelsOf(pen, colours, frame, wish, spotOf, taken) {
       start = own.reduce((near, one) => (one.x < near.x ? one : near));
     const free = (/** @type {Spot} */ { x, y }) =>
       x > frame.left &&
-      x + width <= frame.right + colours.text * 1.8 &&
+      x + width <= frame.limit &&
       y > frame.top + 6 &&
       y < frame.bottom - 6 &&
       used.every((one) => x > one.right + 14 || x + width < one.left - 14 || Math.abs(one.y - y) >= (one.high + LABEL_PX) / 2);

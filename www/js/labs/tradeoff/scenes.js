@@ -388,6 +388,7 @@ function netgame(surface, colours, run, { error }) {
   if (frame.views.some(({ flags }) => flags & VIEWS_FLAGS.stalled))
     drawText(pen, colours, t('tradeoff.waits'), 8, height - 12, { bold: true, colour: colours.snap });
   if (track && hasCar(memory.pair)) drawCarGhost(pen, colours, memory.pair, toX(there.x), toY(there.y), size);
+  if (memory.factor === 0) return { px: gap * scale, factor: 0 };
   const px = compare(
     surface,
     colours,

@@ -23,6 +23,8 @@ const PREFERRED = {
 /** What is paid, where that is not the second cost. @type {Record<string, string>} */
 const PAID = { synchronisation: 'players.0.input_latency_ms.mean' };
 
+const WORTH_S = 1; /* of standing still, which are worth a word */
+
 /** Every method has its line, not those by name alone. */
 export const all = signal(false);
 /** The only method that is not pale; empty: none. */
@@ -104,7 +106,12 @@ export const now = computed(() => {
     ever = truest(points.value, rival, Number.POSITIVE_INFINITY);
   const shown = all.value ? points.value : points.value.filter(({ method }) => named.includes(method));
   const leading = shown.reduce((low, point) => (point.error < low.error ? point : low), best),
-    row = rows.value[leading.index];
+    row = rows.value[leading.index],
+    own = rows.value[best.index];
+  const stood = (/** @type {Row | undefined} */ one) => {
+    const time = one && stillOf(family, one);
+    return time && time.still >= WORTH_S ? time : null;
+  };
   return {
     family,
     error,
@@ -123,8 +130,8 @@ export const now = computed(() => {
     triesAt: points.value.find(({ index }) => index === tries),
     ever,
     /** what the cost of the truest hides */
-    hidden: row && cost.path !== 'server.stalled_s' ? stillOf(family, row) : null,
-    still: rows.value[best.index] ? stillOf(family, /** @type {Row} */ (rows.value[best.index])) : null,
+    hidden: cost.path === 'server.stalled_s' ? null : stood(row),
+    still: stood(own),
   };
 });
 

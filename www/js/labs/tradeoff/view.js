@@ -31,10 +31,13 @@ const listed = signal(false); /* the tables are open */
 
 // ---- families ----
 
+/** A whole one: of `#…` alone a page is expected to have that part. @param {string} family */
+const addressOf = (family) => new URL(write({ family, error: 0, cost: '', budget: null, enough: null }), location.href).href;
+
 /** @returns {Template} */
 function familyTabs() {
   return html`<nav class="families" aria-label=${t('tradeoff.families')}><ul>${families.value.map(
-    (one) => html`<li><a href=${write({ family: one.name, error: 0, cost: '', budget: null, enough: null })} data-family=${one.name}
+    (one) => html`<li><a href=${addressOf(one.name)} data-family=${one.name}
       aria-current=${one.name === shownFamily.value?.name ? 'page' : 'false'}><svg viewBox="0 0 64 40"
       aria-hidden="true">${pictureOf(one.name)}</svg>
       <span><b>${t(`tradeoff.tab.${one.name}`)}</b><small>${t(`tradeoff.how.${one.name}`)}</small></span></a></li>`,
@@ -157,7 +160,10 @@ function scene(at, side) {
     words = outcome(at, side),
     still = run ? name.stillOf(at.family, run.row) : null;
   return html`<figure class="run" data-run=${side} data-state=${run?.state ?? 'waiting'}><figcaption><b>${title}</b><span>${words}</span>${
-    still ? html`<span class="but">${t('tradeoff.still', { still: name.brief(still.still), of: name.brief(still.of) })}</span>` : nothing
+    still
+      ? html`<span class="still">${t('tradeoff.still', { still: name.brief(still.still), of: name.brief(still.of) })}
+      <progress max=${still.of} .value=${still.still} aria-hidden="true"></progress></span>`
+      : nothing
   }</figcaption>
     <div class="view"><canvas id=${`live-${side}`} role="img" aria-label=${`${title}: ${words}`}></canvas></div>
     ${run?.state === 'failed' ? html`<p class="facts">${t('tradeoff.not_run')}</p>` : nothing}</figure>`;
@@ -236,7 +242,19 @@ const viewer = new IntersectionObserver((entries) => {
 const sizes = new ResizeObserver(() => redraw({ plot: true, runs: true }));
 /** @type {WeakSet<Element>} */
 const watched = new WeakSet();
+let familyBefore = '';
+/** On a phone the families do not all fit: the one that is shown does. */
+function showTab() {
+  const family = shownFamily.value?.name ?? '',
+    tab = document.querySelector('.families a[aria-current="page"]'),
+    row = tab?.closest('nav');
+  if (family === familyBefore || !row || !(tab instanceof HTMLElement)) return;
+  familyBefore = family;
+  row.scrollLeft = tab.offsetLeft - row.offsetLeft - (row.clientWidth - tab.offsetWidth) / 2;
+}
+
 function rendered() {
+  showTab();
   for (const canvas of document.querySelectorAll('.tradeoff canvas')) {
     if (watched.has(canvas)) continue;
     watched.add(canvas);
