@@ -398,14 +398,19 @@ export function problems(lesson, asked) {
     ...momentProblems(lesson, asked),
   ];
   try {
-    const { ticks } = asked.run(lesson.scenario, lesson.set, lesson.seed, lesson.workload).trace(),
-      start = lesson.start_tick ?? 0;
-    for (const [where, tick] of [
-      ['start_tick', start],
-      ['stop_tick', lesson.stop_tick],
-      ['change.stop_tick', lesson.change.stop_tick ?? lesson.stop_tick],
-    ])
-      if (!ticks.has(tick)) found.push(`${where}: the run has no tick ${tick}`);
+    const start = lesson.start_tick ?? 0;
+    for (const [where, tick, more] of /** @type {[string, number, Record<string, any>][]} */ ([
+      ['start_tick', start, {}],
+      ['stop_tick', lesson.stop_tick, {}],
+      ...(lesson.change.stop_tick === undefined ? [] : [['change.stop_tick', lesson.change.stop_tick, lesson.change.set]]),
+    ]))
+      if (
+        !asked
+          .run(lesson.scenario, { ...lesson.set, ...more }, lesson.seed, lesson.workload)
+          .trace()
+          .ticks.has(tick)
+      )
+        found.push(`${where}: the run has no tick ${tick}`);
     if (start >= lesson.stop_tick) found.push(`start_tick: ${start} is not before stop_tick, ${lesson.stop_tick}`);
   } catch (error) {
     found.push(`scenario: ${reason(error)}`);

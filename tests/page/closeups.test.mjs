@@ -103,3 +103,16 @@ for (const [id, ticks] of /** @type {[string, number][]} */ ([
     for (const name of ['plot-step', 'plot-work']) assert.equal(await page.locator(`#${name}`).isVisible(), false, 'what is not measured');
     await close();
   });
+
+test('figure 6: the packet view goes with a jump to the stop, and A’s car is above it', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#lesson=figure_6&step=1&lang=en`, { wait: false });
+  await page.locator('.option input').first().check();
+  await page.locator('#lock-in').click();
+  await reads(page.locator('#packet-says'), /^Input \d+ /);
+  await page.getByRole('button', { name: /to the stop/ }).click();
+  await settles(() => page.evaluate(() => globalThis.laglab().frame?.tick), lessonOf('figure_6').stop_tick);
+  await reads(page.locator('#packet-says'), /^Input 2[67]\d shows after 0\.0 ms, by prediction; the server’s answer is there after 516\.7 ms\.$/);
+  await page.locator('canvas[data-view="1"]').waitFor();
+  assert.deepEqual(complaints, []);
+  await close();
+});

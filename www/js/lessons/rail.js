@@ -1,8 +1,9 @@
 // A lesson: its steps next to the lab's views.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { part } from '../base/api.js';
+import { digits } from '../base/words.js';
 import { openLesson, toSandbox } from '../session/session.js';
-import { frame, lesson, status } from '../session/state.js';
+import { frame, lesson, params, status } from '../session/state.js';
 import { control } from '../session/time.js';
 import { highlighted, lock, settings } from './controls.js';
 import {
@@ -115,7 +116,11 @@ function change(of) {
     <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amountOf(of.answer)}</dd></div>
       <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amountOf(of.change.answer)}</dd></div></dl>
     ${settings(of)}
-    <p class="faint">${word('change.seed', { seed: of.seed })}</p>
+    <p class="faint">${
+      of.change.stop_tick === undefined || of.change.speed === undefined
+        ? word('change.seed', { seed: of.seed })
+        : word('change.seed_to', { seed: of.seed, time: digits(of.change.stop_tick / Number(params.value?.tick_hz ?? 60), 0, 1) })
+    }</p>
     ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
     <div class="after"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
       <button type="button" class="link" @click=${() => restart()}>${word('again')}</button>

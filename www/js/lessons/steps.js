@@ -41,7 +41,7 @@ import { file, filled, ready, word } from './words.js';
  * stop_tick: number, speed: number, look: {at: string, player?: number, before?: {number: string, text: Text}},
  * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
- *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number},
+ *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number, speed?: number},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
  * hooks: string[], misconceptions: Text[]}} Lesson
  */
@@ -179,7 +179,8 @@ function begin(of, own) {
     set = { ...of.set, ...(wanted === 'changed' ? of.change.set : {}), ...own };
   given = own;
   patched = seen.patches;
-  return showForLesson(of.scenario, set, of.seed, of.speed, () => opened.value?.id === of.id && variant === wanted, of.workload);
+  const speed = (wanted === 'changed' ? of.change.speed : undefined) ?? of.speed;
+  return showForLesson(of.scenario, set, of.seed, speed, () => opened.value?.id === of.id && variant === wanted, of.workload);
 }
 
 /** Moves the session, also while a question holds it. @param {number} tick */

@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
 import { choiceOf, t } from '../../../base/words.js';
-import { allowed, camera, params, staged } from '../../../session/state.js';
+import { allowed, camera, lesson, params, staged } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
@@ -147,8 +147,9 @@ function tabs() {
 /** @returns {Template} */
 export function template() {
   if (followed.value !== null)
-    return html`${tabs()}<main data-tab="packet"><div class="rows" id="views"
-      tabindex="-1">${view.value?.template() ?? nothing}</div>${side()}</main>`;
+    return html`${tabs()}<main data-tab="packet"><div class="rows" id="views" tabindex="-1">${
+      lesson.value === null ? nothing : row(1 + followed.value.player)
+    }${view.value?.template() ?? nothing}</div>${side()}</main>`;
   const instead = closeup.value;
   if (instead !== null && !instead.views.value) return instead.template();
   const shape = (layout.value?.entities.length ?? 0) > 0 ? 'field' : 'track';

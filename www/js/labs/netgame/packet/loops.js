@@ -3,6 +3,7 @@ import { DISPLAY, INPUT, INPUT_RESULT, STATE, STEP } from '../core/frame.js';
 import { fixed } from '../../../base/format.js';
 import { cross, drawMark, drawText } from '../../../draw/marks.js';
 import { paintOf } from '../../../draw/palette.js';
+import { drawShown, place } from '../../../draw/shown.js';
 
 /** @typedef {import('./way.js').Way} Way */
 /** @typedef {import('./way.js').Station} Station */
@@ -266,6 +267,7 @@ export function drawLoops(at, parts) {
   pen.strokeStyle = paint.text;
   pen.lineWidth = colours.line + 1.5;
   pen.lineJoin = 'round';
+  for (const { id, t } of way.stations) place(pen.canvas, id, x(t), places.y.game, t * 1000);
   const path = corners(places, way).map((one) => /** @type {Point} */ ([x(one.t), one.y]));
   line(at, way.fate === 'open' || way.dropped ? [...path, [mark.x, mark.y]] : path);
   drawNumbers(at, places, parts);
@@ -288,6 +290,7 @@ export function drawLoops(at, parts) {
     step = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1].find((one) => one >= wish) ?? 2;
   for (let t = at.width < NARROW ? step : 0; t < places.end - begin - step / 4; t += step)
     drawText(pen, colours, `${fixed(t * 1000, 0)} ms`, x(begin + t), foot, { align: 'center', colour: colours.faint });
+  drawShown(pen, colours);
 }
 
 /** The input whose packet was on the link nearest to a point; null: none. @param {Loops} at @param {number} px @param {number} py

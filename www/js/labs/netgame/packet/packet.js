@@ -76,6 +76,10 @@ function current(now) {
     const last = next.stations.at(-1)?.t ?? 0;
     if (now.time_s > last + REST * expectedOf(now, asked.player)) next = null;
   }
+  if (asked.auto && next !== null && (way === null || status.value !== 'playing')) {
+    /* time has jumped on */
+    if (now.time_s > (next.stations[0]?.t ?? 0) + 2 * expectedOf(now, asked.player)) next = null;
+  }
   if (next === null) next = choose(now, asked.player);
   kept = next;
   return next;
