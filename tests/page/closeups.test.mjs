@@ -111,7 +111,7 @@ test('figure 6: the packet view goes with a jump to the stop, and A’s car is a
   await reads(page.locator('#packet-says'), /^Input \d+ /);
   await page.getByRole('button', { name: /to the stop/ }).click();
   await settles(() => page.evaluate(() => globalThis.laglab().frame?.tick), lessonOf('figure_6').stop_tick);
-  await reads(page.locator('#packet-says'), /^Input 2[67]\d shows after 0\.0 ms, by prediction; the server’s answer is there after 516\.7 ms\.$/);
+  await reads(page.locator('#packet-says'), /^Input 2[67]\d shows after 0\.0 ms, by prediction; .* after 516\.7 ms\.$/);
   await page.locator('canvas[data-view="1"]').waitFor();
   assert.deepEqual(complaints, []);
   await close();
