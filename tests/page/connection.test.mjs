@@ -174,7 +174,7 @@ test('both locksteps can be chosen, each by its name', async () => {
   await settles(
     () => choice.locator('option').allInnerTexts(),
     [
-      'Free-running server',
+      'Server does not wait',
       'Lockstep (stop and wait)',
       'Inputs as they come',
       'Deterministic lockstep',
@@ -291,7 +291,7 @@ test('skipped events are reported', async () => {
     return one?.to > before && one;
   }, 'the gap');
   await hold(0);
-  await until(async () => /\d+ events missing/.test(await page.locator('#lane-facts').innerText()), 'it is shown');
+  await until(async () => /\d+ messages? (?:is|are) not drawn/.test(await page.locator('#lane-facts').innerText()), 'it is shown');
   assert.ok(gap.count > 0 && gap.to > gap.from, JSON.stringify(gap));
   await close();
 });

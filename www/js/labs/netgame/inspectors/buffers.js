@@ -61,7 +61,7 @@ function gauge(at, list, state, top, height) {
     pen.fillRect(x(before.time), middle - height * 0.28, x(after.time) - x(before.time), height * 0.56);
     pen.globalAlpha = 1;
     const alpha = -before.time / (after.time - before.time);
-    drawText(pen, colours, `α = ${fixed(alpha, 2)}`, x(after.time) + 4, top + colours.text * 0.7);
+    drawText(pen, colours, `${fixed(100 * alpha, 0)} %`, x(after.time) + 4, top + colours.text * 0.7);
   } else if (state === V_STARVED || state === V_EXTRAPOLATING) {
     /* hatched: nothing to draw from */
     pen.strokeStyle = colours.snap;

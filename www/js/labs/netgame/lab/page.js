@@ -30,7 +30,8 @@ function techniques(player) {
   const p = params.value?.players?.[player];
   if (!p) return '';
   const on = ['prediction', 'reconciliation', 'interpolation'].filter((name) => p[name]).map((name) => t(`netgame.short.${name}`));
-  return `${fixed(p.lag_ms, 0)} ms · ${on.length > 0 ? on.join(', ') : t('netgame.short.none')}`;
+  const said = on.length === 3 ? t('netgame.short.all') : on.length > 0 ? on.join(', ') : t('netgame.short.none');
+  return `${fixed(p.lag_ms, 0)} ms · ${said}`;
 }
 
 const serverMark = html`<svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path

@@ -119,10 +119,11 @@ export function drawCannon(at) {
       const g = place(real.x, real.y);
       ghost(at, i, flying ? x : g.x, flying ? y : g.y, g.x, g.y, size);
       if (flying && overlays.labels) {
-        labels.put(gapLabel(at, shell, real), Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, {
-          colour: colours.faint,
-        });
+        const text = `${t('netgame.shell', { name: letter(i) })} · ${gapLabel(at, shell, real)}`;
+        labels.put(text, Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, { colour: colours.faint });
       }
+    } else if (flying && overlays.labels) {
+      labels.put(t('netgame.shell', { name: letter(i) }), x - size / 2, x + size * 0.65, y, size, { colour: colours.faint });
     }
     pen.globalAlpha = isAway(shell) ? FADED : 1;
     if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);

@@ -28,8 +28,8 @@ export function drawGauge(at, left, width, top, height) {
   const { pen, colours, frame } = at;
   const player = at.view - 1;
   const dry = (view.flags & UNDERRUN) !== 0;
-  const words = dry ? t('netgame.underrun') : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer_ms, 0)} ms`;
-  const room = width - widthOf(pen, colours, 'α = 0.00 · 0000 ms') - 12;
+  const words = dry ? t('netgame.underrun') : t('netgame.gauge', { ms: fixed(view.buffer_ms, 0) });
+  const room = width - widthOf(pen, colours, t('netgame.gauge', { ms: '0000' })) - 12;
   if (room < 40) {
     drawText(pen, colours, words, left, top + height / 2, { colour: colours.faint });
     return;
