@@ -20,6 +20,8 @@ const PLACES = 25; /* of a part, over the whole card */
  * ago: (ticks: number) => Row) => number[]>}} Card */
 
 const degrees = (/** @type {number} */ radians) => (-180 / Math.PI) * radians;
+const FLOOR = 74; /* units from the top */
+
 /** Of a stack of boxes of 1 m, from the ground up. @param {number} x of the stack @param {number} count
  * @param {number} side of a drawn box, units @param {number} [each] how many boxes one part draws: it has the place of the lowest of
  * them */
@@ -29,7 +31,7 @@ const stack = (x, count, side, each = 1) =>
       const box = each * i + 1;
       const placeOf = (/** @type {Row} */ now) => [
         x + side * now(`${box}_x_m`),
-        112 - side * now(`${box}_y_m`),
+        FLOOR - side * now(`${box}_y_m`),
         degrees(now(`${box}_angle_rad`)),
       ];
       return [`box${i}`, placeOf];
@@ -56,17 +58,20 @@ function waited(now, ago) {
 const SHOWN = {
   late_answer: {
     from: 0,
-    to: 60,
-    parts: { a: along('player_0_own_x_m', 60, 90, 40), ghost: along('server_0_x_m', 60, 90, 40) },
+    to: 180,
+    parts: {
+      ghost: (now) => [62 + 34 * (now('server_0_x_m') - now('player_0_own_x_m')), 59],
+      road: (now, start) => [-34 * (now('player_0_own_x_m') - start('player_0_own_x_m')), 0],
+    },
   },
-  jump_back: { from: 0, to: 60, parts: { a: along('player_0_own_x_m', 76, 71, 80) } },
+  jump_back: { from: 0, to: 60, parts: { a: along('player_0_own_x_m', 76, 50, 80) } },
   in_the_past: {
     from: 60,
-    to: 120,
+    to: 180,
     parts: {
-      b: (now) => [176 + 32 * now('player_0_remote_error_m'), 90],
-      a: (now) => [176 + 32 * (now('player_0_own_x_m') - now('server_1_x_m')), 53],
-      road: (now, start) => [-32 * (now('server_1_x_m') - start('server_1_x_m')), 0],
+      b: (now) => [134 + 40 * now('player_0_remote_error_m'), 59],
+      a: (now) => [134 + 40 * (now('player_0_own_x_m') - now('server_1_x_m')), 25],
+      road: (now, start) => [-40 * (now('server_1_x_m') - start('server_1_x_m')), 0],
     },
   },
   who_waits: {
@@ -74,37 +79,38 @@ const SHOWN = {
     to: 180,
     places: 55,
     parts: {
-      step: (now, start) => [slotOf(now, start) - 4, 8],
-      a: (now, start) => [slotOf(now, start), 16],
-      b: (now, start) => [slotOf(now, start), 52],
-      c: (now, start, ago) => [slotOf(now, start) + (218 - slotOf(now, start)) * (1 - waited(now, ago)), 88],
+      step: (now, start) => [slotOf(now, start) - 4, 2],
+      a: (now, start) => [slotOf(now, start), 6],
+      b: (now, start) => [slotOf(now, start), 32],
+      c: (now, start, ago) => [slotOf(now, start) + (218 - slotOf(now, start)) * (1 - waited(now, ago)), 58],
     },
   },
   behind_wall: {
     from: 60,
     to: 240,
     parts: {
-      a: (now) => [62, 52 + 11.5 * (now('server_0_y_m') - 3.5)],
-      seen: (now, _, ago) => [62, 52 + 11.5 * (ago((60 * now('player_1_view_age_ms')) / 1000)('server_0_y_m') - 3.5)],
+      a: (now) => [160 - 24 * (now('server_0_y_m') - 3.5), 65],
+      seen: (now, _, ago) => [160 - 24 * (ago((60 * now('player_1_view_age_ms')) / 1000)('server_0_y_m') - 3.5), 65],
     },
   },
   keeps_energy: {
     from: 0,
-    to: 360,
+    to: 600,
+    places: 50,
     parts: {
-      euler: (now, start) => [100 + (44 * now('0_x_m')) / start('0_x_m'), 64 - (36 * now('0_v_mps')) / start('0_x_m')],
-      verlet: (now, start) => [100 + (44 * now('3_x_m')) / start('0_x_m'), 64 - (36 * now('3_v_mps')) / start('0_x_m')],
+      euler: (now, start) => [84 + (28 * now('0_x_m')) / start('0_x_m'), 42 - (22 * now('0_v_mps')) / start('0_x_m')],
+      verlet: (now, start) => [84 + (28 * now('3_x_m')) / start('0_x_m'), 42 - (22 * now('3_v_mps')) / start('0_x_m')],
     },
   },
-  bullet_through: { from: 0, to: 6, parts: { ball: (now) => [124 + 37.5 * now('side_by_side0_3_x_m'), 64] } },
-  falling_stack: { from: 0, to: 150, parts: stack(62, 6, 18) },
-  how_many_sweeps: { from: 480, to: 720, bodies: true, parts: stack(76, 40, 3.6, 2) },
+  bullet_through: { from: 0, to: 6, parts: { ball: (now) => [124 + 37.5 * now('side_by_side0_3_x_m'), 42] } },
+  falling_stack: { from: 0, to: 150, parts: stack(62, 6, 11) },
+  how_many_sweeps: { from: 480, to: 720, bodies: true, parts: stack(60, 20, 3.6, 2) },
   what_a_cheat_gains: {
     from: 0,
     to: 300,
     parts: {
-      a: along('server_0_x_m', 66, 71, 2.4),
-      ghost: along('server_1_x_m', 66, 71, 2.4),
+      a: (now) => [60 + 3.2 * (now('server_0_x_m') - now('server_1_x_m')), 42],
+      road: (now, start) => [-3.2 * (now('server_1_x_m') - start('server_1_x_m')), 0],
     },
   },
 };

@@ -24,15 +24,21 @@ function write(name, value) {
 
 for (const folder of ['www', 'scenarios']) rmSync(path.join(binary, folder), { recursive: true, force: true });
 cpSync(path.join(source, 'scenarios'), path.join(binary, 'scenarios'), { recursive: true });
-for (const name of ['cards.json', 'finished.json', 'icon.svg', 'lessons', 'words']) cpSync(path.join(from, name), path.join(to, name), { recursive: true });
+for (const name of ['cards.json', 'finished.json', 'icon.svg', 'lessons', 'words'])
+  cpSync(path.join(from, name), path.join(to, name), { recursive: true });
 
 // ---- scripts and styles ----
 
 const FIRST = { early: 'shell/early.js', main: 'shell/main.js' }; /* what the page names; the second has what the others share */
-const SHARED = ['lessons/steps.js', ...['draw', 'workbench'].flatMap((room) => list(`js/${room}`, '.js').map((name) => `${room}/${name}`))];
+const SHARED = [
+  'lessons/steps.js',
+  ...['core/frame', 'core/layout', 'lab/drive'].map((name) => `labs/netgame/${name}.js`),
+  ...['draw', 'workbench'].flatMap((room) => list(`js/${room}`, '.js').map((name) => `${room}/${name}`)),
+];
 /** Modules of import() that are wanted together have one file; each other has its own. */
 const PARTS = /** @type {Record<string, string[]>} */ ({
   ...Object.fromEntries(Object.entries(FIRST).map(([name, module]) => [name, [module]])),
+  lessons: ['lessons/lessons.js', 'labs/netgame/front/lab.js'],
   more: ['shell/later.js', 'labs/netgame/lab/later.js'],
 });
 const MAIN = [FIRST.main, ...SHARED.filter((name) => !/\/(qr|version)\.js/.test(name))]; /* these are for a class, for a print */

@@ -150,9 +150,10 @@ test('scenarios of the library have their titles and texts in German, and the se
   await settles(() => page.locator('.about p').first().innerText(), own['rigid/pyramid'].text);
   await settles(() => page.locator('#scenario').innerText(), own['rigid/pyramid'].title);
   await page.goto(`${daemon.url}?lang=de`);
+  await page.getByRole('button', { name: 'Eine Szene finden' }).click();
   for (const words of [own['rigid/pyramid'].title, scenarios.find((/** @type {{id: string}} */ row) => row.id === 'rigid/pyramid').title]) {
     await page.locator('.seek input').fill(words);
-    await page.locator('.library a').filter({ hasText: own['rigid/pyramid'].title }).first().waitFor();
+    await page.locator('.scenes a').filter({ hasText: own['rigid/pyramid'].title }).first().waitFor();
   }
   await close();
 });

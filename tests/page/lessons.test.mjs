@@ -56,19 +56,21 @@ const stepped = (page) => new URLSearchParams(new URL(page.url()).hash.slice(1))
 const play = (page) => page.locator('#play');
 const sideways = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
 
-test('the first page has ten questions, the other lessons and all scenarios; it asks the daemon only, and for little', async () => {
+test('the first page has ten questions, the other lessons, all scenarios and a race; it asks the daemon only, and for little', async () => {
   const { page, requests, complaints, close } = await door();
   await settles(() => page.locator('.card').count(), 10);
   await settles(
-    async () => (await page.locator('.card b').allTextContents()).slice(0, 3),
+    async () => (await page.locator('.card .title').allTextContents()).slice(0, 3),
     ['late_answer', 'jump_back', 'in_the_past'].map((id) => lessonOf(id).title.en),
   );
+  assert.equal(await page.locator('section[aria-labelledby="topic-paper"]').count(), 0, 'what is not asked for is not there');
+  await page.getByRole('button', { name: 'All 31 lessons' }).click();
   await settles(() => page.locator('section[aria-labelledby="topic-paper"] li').count(), 13);
   await page.locator('section[aria-labelledby="topic-techniques"] li').nth(7).waitFor();
   const { scenarios } = (await api(daemon.url, 'scenarios?brief=true')).body;
-  await page.locator('.library summary').click();
-  await until(async () => (await page.locator('.library li').count()) === scenarios.length, 'every scenario');
-  assert.equal(await page.evaluate(() => globalThis.laglab().session), null, 'no session is made');
+  await page.getByRole('button', { name: 'Find a scene' }).click();
+  await until(async () => (await page.locator('.scenes li').count()) === scenarios.length, 'every scenario');
+  await until(async () => (await paramsOf(page))?.players[0].control === 'person', 'the race');
   await reads(() => page.title(), /^Questions – laglab$/);
   assert.ok(requests.every((request) => request.url().startsWith(daemon.url)));
   const sizes = await Promise.all(requests.map(async (r) => (await (await r.response())?.body().catch(() => null))?.length ?? 0));
@@ -118,12 +120,11 @@ test('cards play their recorded run once when they come into view, again under t
   const before = await at();
   await until(async () => (await at()) !== before, 'B moves');
   await until(async () => (await moving(page)) === 0, 'each once');
-  assert.equal(await at(), 'matrix(1, 0, 0, 1, 96, 90)', 'at rest the drawing is as it was');
+  assert.equal(await at(), 'matrix(1, 0, 0, 1, 50, 59)', 'at rest the drawing is as it was');
   await page.locator('[data-card="falling_stack"]').hover();
   await until(async () => (await moving(page)) === 6, 'six boxes fall');
-  await page.locator('.library').scrollIntoViewIfNeeded();
   await page.mouse.move(5, 5);
-  await until(async () => (await moving(page)) === 0, 'out of view nothing moves');
+  await until(async () => (await moving(page)) === 0, 'without it nothing moves');
   await page.locator('[data-card="keeps_energy"]').focus();
   await until(async () => (await moving(page)) >= 2, 'under the focus');
   assert.deepEqual(complaints, []);
@@ -313,6 +314,7 @@ test('the settings of the change stand in the rail: one of a run, and one that m
 const SOME = ['late_answer', 'figure_6', 'keeps_energy', 'falling_stack', 'vanishing_smoke'];
 /** Of the lessons of the first page. @param {import('playwright-core').Page} page @param {boolean} some @returns {Promise<string[]>} */
 async function chosen(page, some) {
+  await page.getByRole('button', { name: 'All 31 lessons' }).click();
   const ids = await until(async () => {
     const found = await page
       .locator('a[href^="#lesson="]')
@@ -389,7 +391,7 @@ test('German: the switch, the address, numbers and the language of the text', as
   await page.getByRole('button', { name: 'DE, Deutsch' }).click();
   await page.getByRole('heading', { name: WORDS.de['door.title'] }).waitFor();
   await settles(() => page.locator('main').getAttribute('lang'), 'de');
-  await settles(async () => (await page.locator('.card b').allTextContents())[0], LATE.title.de);
+  await settles(async () => (await page.locator('.card .title').allTextContents())[0], LATE.title.de);
   await page.locator('.card').first().click();
   await ready(page);
   await reads(async () => page.url(), /lang=de/);
@@ -408,10 +410,11 @@ test('German: the switch, the address, numbers and the language of the text', as
 
 test('search finds questions in both languages, and scenarios', async () => {
   const { page, close } = await door();
+  await page.getByRole('button', { name: 'Find a scene' }).click();
   await page.getByRole('searchbox').fill('Kugel');
-  await until(async () => (await page.locator('.card').count()) === 1, 'one question');
+  await until(async () => (await page.locator('.scenes a[href^="#lesson="]').count()) === 1, 'one question');
   await page.getByRole('searchbox').fill('cavity');
-  await page.locator('.library a[href="?scenario=fluid/cavity"]').waitFor();
+  await page.locator('.scenes a[href="?scenario=fluid/cavity"]').waitFor();
   await page.getByRole('searchbox').fill('qqqq');
   await page.getByText(WORDS.en['door.none']).waitFor();
   await close();

@@ -208,6 +208,7 @@ test('texts of the lanes do not overlap at 30 updates a second, at any size', as
 test('what is empty, being read or failed says so in words', async () => {
   const { page, close } = await visit(browser, daemon.url, { wait: false });
   await page.locator('.card').first().waitFor();
+  await page.getByRole('button', { name: 'Find a scene' }).click();
   await page.getByRole('searchbox', { name: 'Search' }).or(page.getByLabel('Search')).fill('qqqqqq');
   await reads(page.locator('main.door'), /[Nn]othing|[Nn]o (?:question|lesson|scenario)/);
   await close();

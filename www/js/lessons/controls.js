@@ -5,6 +5,7 @@ import { find, labelOf, valueAt } from '../base/schema.js';
 import { look, lesson, params, schema } from '../session/state.js';
 import { control } from '../workbench/controls.js';
 import { numberIn } from '../workbench/number_field.js';
+import { watch } from './moving.js';
 import { CHANGE, controlsOf, opened, remake, stands, unlocked } from './steps.js';
 import { word } from './words.js';
 
@@ -84,17 +85,10 @@ function isLit(element) {
   return step !== CHANGE && step >= 3 && isAbout(element);
 }
 
-/** @type {Promise<typeof import('./moving.js')> | null} */
-let moving = null;
-
 /** The list of questions moves once it is drawn and there is time. @param {ParentNode} root */
 export function liven(root) {
   if (matchMedia('(prefers-reduced-motion: reduce)').matches || root.querySelector('.card') === null) return;
-  moving ??= new Promise((done) => (globalThis.requestIdleCallback ?? setTimeout)(done)).then(() => import('./moving.js'));
-  moving.then(
-    ({ watch }) => watch(root),
-    () => {} /* the cards then stand still */,
-  );
+  watch(root).catch(() => {}); /* the cards then stand still */
 }
 
 let shown = '';

@@ -3,10 +3,11 @@ import { html, nothing, svg } from '../../vendor/lit-html.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 
-const ROAD = svg`<path class="verge" d="M0 0h250v128H0z"/><path class="road" d="M0 34h250v74H0z"/>
-  <path class="marks" d="M0 34h250M0 108h250"/><path class="marks dashes" data-part="road" d="M0 71h3000"/>`;
-const PLANE = svg`<path class="plane" d="M0 0h250v128H0z"/>`;
-const GROUND = svg`<path class="ground" d="M0 112h250v16H0z"/><path class="ink" d="M0 112h250"/>`;
+const ROAD = svg`<path class="verge" d="M0 0h250v84H0z"/><path class="road" d="M0 8h250v68H0z"/>
+  <path class="marks" d="M0 8h250M0 76h250"/><path class="marks dashes" data-part="road" d="M0 42h3000"/>`;
+const PLANE = svg`<path class="plane" d="M0 0h250v84H0z"/>`;
+const FLOOR = 74;
+const GROUND = svg`<path class="ground" d=${`M0 ${FLOOR}h250v10H0z`}/><path class="ink" d=${`M0 ${FLOOR}h250`}/>`;
 const BODY = 'M-42 -12Q-42 -18 -34 -18L10 -18Q44 -16 44 0Q44 16 10 18L-34 18Q-42 18 -42 12Z';
 const WEDGE = 'M-42 -16L-34 -18L-2 -17L42 -4Q46 0 42 4L-2 17L-34 18L-42 16L-40 0Z';
 
@@ -20,7 +21,8 @@ function car(x, y, who, part = who) {
   }</g>`;
 }
 
-const BOX = 'M-9 -9h18v18h-18z';
+const SIDE = 11,
+  BOX = 'M-5.5 -5.5h11v11h-11z';
 /** Two of a high column, drawn from the middle of the lower one. */
 const PAIR = 'M-1.8 -5.4h3.6v7.2h-3.6zM-1.8 -1.8h3.6';
 
@@ -33,71 +35,79 @@ const boxes = (list, name, path = BOX) =>
   );
 
 /** A column that stands on the ground. @param {number} x @param {number} count @param {number} [side] @param {number} [step] */
-const column = (x, count, side = 18, step = side) => Array.from({ length: count }, (_, i) => [x, 112 - side / 2 - step * i, 0]);
+const column = (x, count, side = SIDE, step = side) => Array.from({ length: count }, (_, i) => [x, FLOOR - side / 2 - step * i, 0]);
 /** A high one that buckles: its middle goes one way, its top the other. @param {number} x @param {number} count */
 const buckled = (x, count) =>
   column(x, count, 3.6, 7.2).map(([at = 0, y = 0], i) => [
-    at + (14 * i * Math.sin((5.5 * i) / count)) / count,
+    at + (60 * i * Math.sin((3 * i) / count)) / count,
     y,
-    4 * Math.cos((5.5 * i) / count),
+    14 * Math.cos((3 * i) / count),
   ]);
 
-/** @type {Record<string, import('lit-html').TemplateResult | import('lit-html').TemplateResult[]>} */
+/** The two things that a card compares are 60 units apart, a quarter of its width: 40 px on a phone.
+ * @type {Record<string, import('lit-html').TemplateResult | import('lit-html').TemplateResult[]>} */
 const DRAWINGS = {
-  late_answer: svg`${ROAD}${car(60, 90, 'ghost')}${car(60, 90, 'a')}
-    <path class="way" d="M60 52Q120 -6 198 30"/><path class="way" d="M198 42Q170 78 112 88"/>
-    <path class="solid" d="M205 20l15 15-15 15-15-15z"/><rect class="letter" x="14" y="36" width="40" height="28" rx="5"/>
-    <path class="ink" d="M24 50h20m-7 -6l7 6-7 6"/>`,
-  jump_back: svg`${ROAD}${car(174, 71, 'ghost', 'rest')}${car(76, 71, 'a')}<path class="back" d="M180 40Q130 6 86 38m2 -14l-3 15 15 1"/>`,
-  in_the_past: svg`${ROAD}${car(160, 53, 'a')}${car(176, 90, 'ghost')}${car(96, 90, 'b')}`,
+  late_answer: svg`${ROAD}${car(132, 59, 'ghost')}${car(62, 59, 'a')}
+    <path class="way" d="M50 20Q120 6 206 20"/><path class="way" d="M210 32Q170 52 120 56"/>
+    <path class="solid" d="M222 8l14 14-14 14-14-14z"/><rect class="letter" x="10" y="8" width="36" height="24" rx="5"/>
+    <path class="ink" d="M18 20h19m-7 -6l7 6-7 6"/>`,
+  jump_back: svg`${ROAD}${car(180, 50, 'ghost', 'rest')}${car(76, 50, 'a')}<path class="back" d="M184 26Q130 4 84 26m2 -13l-3 14 14 1"/>`,
+  in_the_past: svg`${ROAD}${car(198, 25, 'a')}${car(134, 59, 'ghost')}${car(50, 59, 'b')}`,
   who_waits: svg`${PLANE}${[0, 1, 2].map(
     (row) =>
-      svg`<text x="22" y=${33 + row * 36}>${'ABC'[row]}</text>${[0, 1, 2, 3, 4, 5].map(
-        (i) => svg`<rect class="ghost" x=${44 + i * 31} y=${16 + row * 36} width="23" height="23" rx="4"/>`,
-      )}<rect class=${'abc'[row]} data-part=${'abc'[row]} width="23" height="23" rx="4"
-        transform=${`translate(${row === 2 ? 168 : 106} ${16 + row * 36})`}/>`,
-  )}<path class="back" data-part="step" transform="translate(102 8)" d="M0 0v112"/>`,
-  behind_wall: svg`${PLANE}<rect class="wall" x="92" y="58" width="18" height="64"/>
-    <circle class="ghost" data-part="seen" transform="translate(62 52)" r="15"/>
-    <g data-part="a" transform="translate(62 98)"><circle class="a" r="15"/><text y="5">A</text></g>
-    <path class="back shot" d="M80 50L188 34"/><path class="b" d="M190 26l38 -8 -4 34z"/>`,
-  keeps_energy: svg`${PLANE}<ellipse class="curve" cx="100" cy="64" rx="44" ry="36"/>
-    <circle class="d" data-part="euler" transform="translate(144 64)" r="6"/>
-    <circle class="c" data-part="verlet" transform="translate(144 64)" r="6"/>
-    <path class="back" d="M100 64m0 -36c70 -2 72 76 0 80c-90 2 -92 -92 0 -94c108 0 108 106 4 108"/><path class="ink" d="M196 116h44"/>
-    <path class="left" d="M201 82h14v34h-14z"/><path class="right" d="M221 40h14v76h-14z"/>`,
-  bullet_through: svg`${PLANE}<path class="marks" d="M0 64h250"/><rect class="wall" x="118" y="14" width="12" height="100"/>
-    ${[24, 86, 150].map((x) => svg`<circle class="ghost" cx=${x} cy="64" r="11"/>`)}
-    <circle class="c" data-part="ball" transform="translate(212 64)" r="13"/>
-    <path class="back" d="M88 44Q120 20 150 44m1 -13l0 14 -14 -3"/>`,
+      svg`<text x="22" y=${21 + row * 26}>${'ABC'[row]}</text>${[0, 1, 2, 3, 4, 5].map(
+        (i) => svg`<rect class="ghost" x=${44 + i * 31} y=${6 + row * 26} width="23" height="20" rx="4"/>`,
+      )}<rect class=${'abc'[row]} data-part=${'abc'[row]} width="23" height="20" rx="4"
+        transform=${`translate(${row === 2 ? 168 : 106} ${6 + row * 26})`}/>`,
+  )}<path class="back" data-part="step" transform="translate(102 2)" d="M0 0v80"/>`,
+  behind_wall: svg`${PLANE}<rect class="wall" x="24" y="34" width="112" height="13"/>
+    <circle class="ghost" data-part="seen" transform="translate(160 65)" r="13"/>
+    <g data-part="a" transform="translate(64 65)"><circle class="a" r="13"/><text y="5">A</text></g>
+    <path class="back shot" d="M170 52L206 24"/><path class="b" d="M200 30l14 -25 14 26z"/>`,
+  keeps_energy: svg`${PLANE}<ellipse class="curve" cx="84" cy="42" rx="28" ry="22"/>
+    <circle class="d" data-part="euler" transform="translate(112 42)" r="6"/>
+    <circle class="c" data-part="verlet" transform="translate(112 42)" r="6"/>
+    <path class="back" d="M112 42c0 30 -60 34 -62 0c0 -42 80 -44 84 0c2 52 -108 54 -110 0c-2 -44 76 -52 104 -28"/>
+    <path class="ink" d="M190 80h48"/><path class="left" d="M196 60h15v20h-15z"/><path class="right" d="M217 4h15v76h-15z"/>`,
+  bullet_through: svg`${PLANE}<path class="marks" d="M0 42h250"/><rect class="wall" x="118" y="6" width="12" height="72"/>
+    ${[24, 88, 152].map((x) => svg`<circle class="ghost" cx=${x} cy="42" r="11"/>`)}
+    <circle class="c" data-part="ball" transform="translate(216 42)" r="13"/>
+    <path class="back" d="M90 24Q122 2 152 24m1 -13l0 14 -14 -3"/>`,
   falling_stack: svg`${PLANE}${GROUND}${boxes(
     [
-      [62, 103, 0],
-      [58, 84, 8],
-      [70, 66, 24],
-      [46, 52, 38],
-      [80, 40, 52],
-      [30, 82, 70],
-      [104, 84, 30],
-      [36, 26, 20],
+      [62, 68.5, 0],
+      [54, 57, 8],
+      [72, 46, 24],
+      [44, 37, 38],
+      [84, 30, 52],
+      [34, 56, 70],
+      [96, 57, 30],
+      [38, 22, 20],
     ],
     'c',
   )}${boxes(column(186, 6), 'd')}`,
-  how_many_sweeps: svg`${PLANE}${GROUND}${boxes(buckled(76, 20), 'c small', PAIR)}${boxes(
-    column(186, 20, 3.6, 7.2),
+  how_many_sweeps: svg`${PLANE}${GROUND}${boxes(buckled(60, 10), 'c small', PAIR)}${boxes(
+    column(186, 10, 3.6, 7.2),
     'd small',
     PAIR,
-  )}<path class="way" d="M112 24Q138 60 114 98"/><text x="146" y="66">×?</text>`,
-  what_a_cheat_gains: svg`${ROAD}${car(66, 71, 'ghost')}${car(66, 71, 'a')}
-    <path class="solid" d="M206 10l14 14-14 14-14-14zM203 34h6v88h-6z"/>${[136, 164].map(
-      (x) => svg`<path class="letter" d=${`M${x} 44h22v15h-22zl11 8 11 -8`}/><path class="letter" d=${`M${x} 82h22v15h-22zl11 8 11 -8`}/>`,
-    )}<rect class="letter" x="30" y="8" width="26" height="22" rx="4"/><rect class="letter" x="60" y="8" width="26" height="22" rx="4"/>
-    <path class="ink" d="M37 19h12m-4 -4l4 4-4 4M67 19h12m-4 -4l4 4-4 4"/>`,
+  )}<text x="146" y="46">×?</text>`,
+  what_a_cheat_gains: svg`${ROAD}${car(60, 42, 'ghost')}${car(138, 42, 'a')}
+    <path class="solid" d="M226 6l13 13-13 13-13-13zM223 28h6v50h-6z"/>
+    <rect class="letter" x="10" y="4" width="24" height="18" rx="4"/><rect class="letter" x="38" y="4" width="24" height="18" rx="4"/>
+    <path class="ink" d="M16 13h11m-4 -4l4 4-4 4M44 13h11m-4 -4l4 4-4 4"/>`,
 };
 
 /** @param {string} id of a lesson @returns {Template} */
 export function drawingOf(id) {
-  return html`<svg class="sketch" viewBox="0 0 250 128" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
+  return html`<svg class="sketch" viewBox="0 0 250 84" aria-hidden="true" preserveAspectRatio="xMidYMid slice">${
     DRAWINGS[id] ?? PLANE
   }</svg>`;
 }
+
+/** Cost along, error up, each with three methods: a sketch, with the two handles and the ring of the page that it leads to.
+ * @returns {Template} */
+export const tradeoffDrawing = () =>
+  html`<svg class="sketch outlook" viewBox="0 0 250 104" aria-hidden="true"><path class="axes" d="M8 4v92h238"/>
+    <path class="within" d="M8 58h116v38H8z"/><path class="handle" d="M124 4v92M8 58h238"/>
+    <path class="back dashes" d="M36 10L222 50"/><path class="grey" d="M40 16L196 76"/><path class="curve" d="M56 20L138 88"/>
+    <circle class="ring" cx="106" cy="62" r="9"/></svg>`;

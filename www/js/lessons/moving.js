@@ -1,12 +1,24 @@
 // Cards that move: each plays a few seconds of its run, recorded by docs/cards.mjs, when it comes into view, and again as long as the
-// pointer or the keyboard is on it. Read after the list is drawn; not where motion is not wanted.
+// pointer or the keyboard is on it. What was recorded is read after the list is drawn; not where motion is not wanted.
 import { file } from './words.js';
 
 /** Of each part of a drawing where it is: [x, y] or [x, y, degrees], at equal times. @typedef {Record<string, number[][]>} Parts */
 
 const PLAYED_MS = 4000,
   SEEN = 0.9;
-const RECORDED = await file('cards.json').then((/** @type {Record<string, Parts>} */ all) => all);
+/** @type {Record<string, Parts>} */
+let recorded = {};
+/** @type {Promise<void> | null} */
+let reading = null;
+/** What cards play, once there is time. */
+function read() {
+  reading ??= new Promise((done) => (globalThis.requestIdleCallback ?? setTimeout)(done))
+    .then(() => file('cards.json'))
+    .then((all) => {
+      recorded = all;
+    });
+  return reading;
+}
 
 /** @type {WeakMap<Element, Animation[]>} */
 const playing = new WeakMap();
@@ -25,7 +37,7 @@ function stop(card) {
 /** @param {Element} card @param {number} times */
 function play(card, times) {
   stop(card);
-  const started = Object.entries(RECORDED[card.getAttribute('data-card') ?? ''] ?? {}).flatMap(([name, places]) =>
+  const started = Object.entries(recorded[card.getAttribute('data-card') ?? ''] ?? {}).flatMap(([name, places]) =>
     [...card.querySelectorAll(`[data-part="${name}"]`)].map((part) =>
       part.animate(places.map(frameOf), { duration: PLAYED_MS, iterations: times }),
     ),
@@ -45,7 +57,8 @@ const viewer = new IntersectionObserver(
 );
 
 /** @param {ParentNode} root */
-export function watch(root) {
+export async function watch(root) {
+  await read();
   for (const card of root.querySelectorAll('[data-card]')) {
     if (watched.has(card)) continue;
     watched.add(card);

@@ -19,6 +19,8 @@
  * a first experiment last seconds.
  * @typedef {{axes: [string, string][][], errors: RegExp, more: string[], repeats: string, brief_s?: number}} Study */
 
+/** @typedef {{scenario: string, set: Record<string, import('../base/link.js').Value>, seed: number}} Start */
+
 /**
  * What is known of a lab before it is read.
  * @typedef {object} About
@@ -30,6 +32,7 @@
  * @property {Record<string, number>} rates  of the channels to subscribe to, Hz
  * @property {Record<string, Slow>} [slow]  by scenario
  * @property {Study} [study]
+ * @property {Start} [start]  the first page alone: of what it makes a session of its own
  * @property {() => Promise<Lab>} load
  */
 

@@ -16,11 +16,14 @@ const read = signal(new Map());
 const reading = new Map();
 const completed = new Set();
 
-/** The kind that is shown; none next to the list of questions. */
+/** The first page, which makes a session of its own. */
+export const front = () => labs.value.find(({ start }) => start !== undefined);
+
+/** The kind that is shown. */
 const kind = computed(() => {
   const now = layout.value?.kind,
     list = labs.value;
-  if (lesson.value?.id === '') return undefined;
+  if (lesson.value?.id === '') return front()?.kind;
   if (experiment.value !== null) {
     const wanted = tradeoff.value === null ? 'experiments' : 'tradeoff';
     return list.find((one) => one.sessionless && one.kind === wanted)?.kind;
@@ -30,7 +33,9 @@ const kind = computed(() => {
 
 /** The lab that is shown, once it is read. Only the first has something to show before a session is there. */
 export const lab = computed(() =>
-  layout.value === null && experiment.value === null && likely.value !== labs.value[0] ? undefined : read.value.get(kind.value ?? ''),
+  layout.value === null && experiment.value === null && lesson.value?.id !== '' && likely.value !== labs.value[0]
+    ? undefined
+    : read.value.get(kind.value ?? ''),
 );
 
 /** @param {string} name @param {Partial<Lab>} found */

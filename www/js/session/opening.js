@@ -97,7 +97,7 @@ export async function create(how = {}) {
   for (;;) {
     const slow = slowOf(),
       first = slow?.from_s === 0 ? { speed: slow.speed, ...how } : how;
-    const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { ...first, paused: true } : first;
+    const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true, ...first } : first;
     const seed = link.seed === null ? {} : { seed: link.seed };
     const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
     try {
@@ -109,6 +109,12 @@ export async function create(how = {}) {
       if (!refused || !dropRefused(error)) throw error;
     }
   }
+}
+
+/** A session of the first page's own: it runs while it is driven. @param {import('./lab.js').Start} start @returns {Promise<Opened>} */
+export function createFirst({ scenario, set, seed }) {
+  Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
+  return create({ paused: false });
 }
 
 /** @returns {Promise<Opened>} */
@@ -148,9 +154,10 @@ function listen({ id }) {
 }
 
 /** Opens what the address says. @param {import('../base/link.js').Short[]} shorts @param {Record<string, import('./lab.js').Slow>} slow
- * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or the lessons are shown, where a
+ * @param {import('./lab.js').Start | undefined} start of the first page
+ * @returns {{opened: Promise<Opened>, line: Promise<Line>} | null} null while the Experiments view or a lesson is shown, where a
  *  lab makes a session when it is wanted, and in a class, which has one */
-export function begin(shorts, slow) {
+export function begin(shorts, slow, start) {
   slows = slow;
   readScenario(link, location.search, location.hash, shorts);
   document.documentElement.dataset.theme = link.theme;
@@ -159,8 +166,9 @@ export function begin(shorts, slow) {
     document.documentElement.dataset.class = 'join'; /* the rest is hidden until the class says what to show */
     if (link.roomKey) history.replaceState(null, '', `${location.pathname}${location.search}#class=${link.room}`);
   }
-  if (link.experiment !== null || link.lesson !== null || link.room !== null) return null;
-  const opened = open(),
+  const first = link.lesson?.id === '' ? start : undefined;
+  if (link.experiment !== null || (link.lesson !== null && first === undefined) || link.room !== null) return null;
+  const opened = first ? createFirst(first) : open(),
     line = opened.then(listen);
   line.catch(() => {}); /* the code that awaits the session reports it */
   return { opened, line };

@@ -1,5 +1,6 @@
 // Titles and texts of the library's scenarios in the page's language. The daemon has them in English; words/scenarios has the others.
 import { effect, signal } from '../../vendor/signals-core.js';
+import { constant, insist } from '../base/api.js';
 import { file } from '../base/place.js';
 import { language } from '../base/words.js';
 import { params, scenarios } from './state.js';
@@ -19,14 +20,17 @@ async function read(name) {
   }
 }
 
-/** Reads them, in every language that is shown from now on: nothing of them is shown before the list of scenarios.
- * @returns {Promise<void>} when they are there */
-export function need() {
+let reading = false;
+/** Reads the list of scenarios, and their words in every language that is shown from now on: nothing of them is shown before the list. */
+export async function readScenarios() {
+  if (reading) return;
+  reading = true;
   let now = Promise.resolve();
   effect(() => {
     now = read(language.value);
   });
-  return now;
+  const [answer] = await Promise.all([insist(() => constant('scenarios?brief=true')), now]);
+  scenarios.value = answer.scenarios ?? [];
 }
 
 /** @param {{id: string, title: string}} row @returns {string} */

@@ -4,8 +4,8 @@ import { Problem, call, make } from '../base/api.js';
 import { Stream } from '../stream/connection.js';
 import { FAILED } from '../stream/frame.js';
 import { readLink, readScenario } from '../base/link.js';
-import { lab, labs } from './labs.js';
-import { create, keep, link, problems } from './opening.js';
+import { front, lab, labs } from './labs.js';
+import { create, createFirst, keep, link, problems } from './opening.js';
 import { seen, showAddress, stopReading } from './params.js';
 import {
   FRAME_HZ,
@@ -109,7 +109,16 @@ export function toSandbox() {
   showAddress();
 }
 
-/** Shows a place among the lessons. What it needs of sessions is the lesson's. @param {import('../base/link.js').LessonAt} at
+/** Shows the session of the first page, if that is still what is shown. @param {Promise<import('./opening.js').Opened>} made
+ * @param {Promise<import('../stream/connection.js').Line>} [line] its stream */
+export async function showFirst(made, line) {
+  const { id, key } = await made,
+    open = await line;
+  if (lesson.value?.id !== '' || session.value !== null) drop({ id, key, own: true });
+  else show(id, key, true, open);
+}
+
+/** Shows a place among the lessons. What a lesson needs of sessions it makes itself. @param {import('../base/link.js').LessonAt} at
  * @param {boolean} [step] whether it is a step of the browser's history */
 export function openLesson(at, step = false) {
   if (step) history.pushState(null, '', location.href);
@@ -127,6 +136,8 @@ export function openLesson(at, step = false) {
     stopTick.value = 0;
   });
   if (step) showAddress();
+  const start = front()?.start;
+  if (at.id === '' && start) showFirst(createFirst(start)).catch(failed);
 }
 
 /** A session of the lesson's own, paused at its start. @param {string} scenario
@@ -145,8 +156,10 @@ export async function showForLesson(scenario, set, seed, speed, wanted, workload
 
 /** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
 export function openExperiments(id) {
+  const of = lesson.value === null ? null : session.value;
   leaveLesson();
   close();
+  drop(of);
   batch(() => {
     experiment.value = id;
     tradeoff.value = null;
@@ -158,8 +171,10 @@ export function openExperiments(id) {
 /** Leaves the session for speed against error. @param {string} at in the address
  * @param {boolean} [step] whether it is a step of the browser's history, which a link makes by itself */
 export function openTradeoff(at, step = false) {
+  const of = lesson.value === null ? null : session.value;
   if (step) history.pushState(null, '', location.href);
   close();
+  drop(of);
   batch(() => {
     lesson.value = null;
     held.value = '';
@@ -281,7 +296,8 @@ export async function again() {
   try {
     link.session = '';
     link.problems = [];
-    const made = await create(lesson.value === null ? {} : { paused: true });
+    const start = lesson.value?.id === '' ? front()?.start : undefined;
+    const made = await (start ? createFirst(start) : create(lesson.value === null ? {} : { paused: true }));
     show(made.id, made.key, true);
     if (link.problems.length > 0) notify(problems(), true);
   } catch (error) {

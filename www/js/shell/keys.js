@@ -2,7 +2,7 @@
 import { signal } from '../../vendor/signals-core.js';
 import { lab } from '../session/labs.js';
 import { showAddress } from '../session/params.js';
-import { experiment, theme } from '../session/state.js';
+import { experiment, lesson, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
 import { t } from '../base/words.js';
 import { open } from '../workbench/dialog.js';
@@ -70,9 +70,11 @@ const OF_PAGE = [
 ];
 
 const told = (/** @type {Key} */ key) => ({ ...key, shown: key.code === 'Space' ? t('shell.space') : key.shown, help: t(key.help) });
-/** Those that do something now. */
+/** Those that do something now. The first page has no time of its own. */
 export const keys = () =>
-  [...OF_TIME.map(told), ...(lab.value?.keys ?? []), ...OF_PAGE.map(told)].filter((key) => experiment.value === null || key.everywhere);
+  [...OF_TIME.map(told), ...(lab.value?.keys ?? []), ...OF_PAGE.map(told)].filter(
+    (key) => (experiment.value === null && lesson.value?.id !== '') || key.everywhere,
+  );
 
 /** Where letters are text, or keys have a meaning of their own. @param {EventTarget | null} target @param {string} code */
 function belongsTo(target, code) {

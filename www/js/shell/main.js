@@ -8,29 +8,16 @@ import { bring } from '../labs/netgame/lab/about.js';
 import { lab as netgame } from '../labs/netgame/lab/lab.js';
 import { load, register } from '../session/labs.js';
 import { link, problems } from '../session/opening.js';
-import { need } from '../session/scenario_words.js';
-import { choose, failed, hook, openExperiments, openLesson, openTradeoff, reopen, show } from '../session/session.js';
-import {
-  experiment,
-  frame,
-  layout,
-  lesson,
-  locked,
-  notify,
-  params,
-  place,
-  scenarios,
-  schemas,
-  session,
-  tradeoff,
-} from '../session/state.js';
+import { readScenarios } from '../session/scenario_words.js';
+import { choose, failed, hook, openExperiments, openLesson, openTradeoff, reopen, show, showFirst } from '../session/session.js';
+import { experiment, frame, layout, lesson, locked, notify, params, place, schemas, session, tradeoff } from '../session/state.js';
 import { palette } from '../draw/palette.js';
 import * as controls from '../workbench/controls.js';
 import { shown } from '../draw/shown.js';
 import { slowing } from '../session/time.js';
 import { begun, likely } from './early.js';
 import * as keys from './keys.js';
-import { LABS } from './labs.js';
+import { FRONT, LABS } from './labs.js';
 import { lessons } from './lessons.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
@@ -42,7 +29,11 @@ bring(netgame);
 register(LABS, likely);
 
 /** The lab follows a session from its first frame. @param {NonNullable<typeof begun>} from */
-async function showFirst({ opened, line }) {
+async function showBegun({ opened, line }) {
+  if (lesson.value?.id === '') {
+    await load(FRONT);
+    return showFirst(opened, line);
+  }
   const made = await opened;
   const [open] = await Promise.all([line, load(likely)]);
   show(made.id, made.key, made.own, open);
@@ -50,7 +41,7 @@ async function showFirst({ opened, line }) {
   const notes = [made.note === '' ? '' : t(made.note), problems()].filter((text) => text !== '');
   if (notes.length > 0) notify(notes.join('. '), link.problems.length > 0);
 }
-if (begun) showFirst(begun).catch(failed);
+if (begun) showBegun(begun).catch(failed);
 else if (lesson.value !== null && link.problems.length > 0) ready.then(() => notify(problems(), true));
 
 const WAIT_MS = 400,
@@ -98,7 +89,7 @@ const asked = new Set();
 function readSchemas() {
   effect(() => {
     const kind = params.value?.kind;
-    if (!kind || asked.has(kind)) return;
+    if (!kind || asked.has(kind) || lesson.value?.id === '') return;
     asked.add(kind);
     insist(() => constant(`schema?kind=${kind}&brief=true`)).then((answer) => {
       if (!schemas.value.has(kind)) schemas.value = new Map(schemas.value).set(kind, answer); // the whole one may be there by now
@@ -107,8 +98,8 @@ function readSchemas() {
 }
 function readMore() {
   part(() => import('./later.js'));
-  Promise.all([insist(() => constant('scenarios?brief=true')), need()]).then(([answer]) => {
-    scenarios.value = answer.scenarios ?? [];
+  effect(() => {
+    if (lesson.value?.id !== '') readScenarios(); /* the first page reads it when it is asked for */
   });
 }
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) {

@@ -33,8 +33,8 @@ if (link.embed)
 /** @returns {Template} */
 function page() {
   const empty = html`<main id="views" tabindex="-1"><div class="reading"><p>laglab</p></div></main>`;
-  if (lesson.value?.id === '') return html`${header()}${lessons.value?.door() ?? empty}${notes()}`;
   const content = lab.value?.template() ?? empty;
+  if (lesson.value?.id === '') return html`${header()}${content}${notes()}`;
   if (link.embed) return embedded.value?.((lesson.value && lessons.value?.page(content)) || content) ?? empty;
   const caption = presented.value ? presentation.value?.caption() : undefined;
   if (caption) return html`${lesson.value === null ? content : (lessons.value?.page(content) ?? content)}${notes()}${caption}`;
@@ -49,7 +49,7 @@ export function listen() {
   effect(() => {
     render(page(), root);
     sync(root);
-    if (lesson.value?.id !== '') lab.value?.rendered?.();
+    lab.value?.rendered?.();
     if (lesson.value) lessons.value?.light(root);
     touch();
   });

@@ -16,5 +16,7 @@ export const icons = {
   right: icon('M9 4l10 8-10 8z'),
   up: icon('M4 15h16L12 5z'),
   down: icon('M4 9h16l-8 10z'),
+  lock: icon('M7 10V7a5 5 0 0 1 10 0v3h2v11H5V10zM9 10h6V7a3 3 0 0 0-6 0z'),
+  done: icon('M9 20l-8-8 3-3 5 5L20 3l3 3z'),
   fire: icon('M3 17l9-9 4 4-9 9H3zM17 3l2 2-2 2-2-2zM21 8l1 2-2 1-1-2zM13 2l2 1-1 2-2-1z'),
 };

@@ -1,0 +1,73 @@
+// Keys and pads of the race: A by the arrows and by the pads, B by a friend's A and D. They work wherever the focus is, but in fields.
+import { signal } from '../../../../vendor/signals-core.js';
+import { frame, status } from '../../../session/state.js';
+import { control } from '../../../session/time.js';
+import { push } from '../lab/drive.js';
+import { befriend } from './opponent.js';
+
+/** @typedef {'ahead' | 'back'} Way */
+
+/** Of A; by: what was used last. @type {import('@preact/signals-core').Signal<{ahead: boolean, back: boolean, by: 'keys' | 'pads'}>} */
+export const held = signal({ ahead: false, back: false, by: 'keys' });
+/** Time of the session, s, when a person last drove; resting: it has been paused since. */
+export const driven = { at: 0, resting: false };
+
+/** @type {Record<string, {player: number, way: Way}>} */
+const KEYS = {
+  ArrowRight: { player: 0, way: 'ahead' },
+  ArrowLeft: { player: 0, way: 'back' },
+  KeyD: { player: 1, way: 'ahead' },
+  KeyA: { player: 1, way: 'back' },
+};
+
+/** A race that rests goes on. */
+function wake() {
+  driven.at = frame.value?.time_s ?? 0;
+  if (status.value === 'paused' || driven.resting) control({ op: 'play' });
+  else if (status.value === 'ended') control({ op: 'restart', reset: false }).then(() => control({ op: 'play' }));
+  driven.resting = false;
+}
+
+/** @param {number} player @param {Way} way @param {boolean} down @param {'keys' | 'pads'} by */
+function press(player, way, down, by) {
+  if (down) wake();
+  if (player === 1) befriend(frame.value?.time_s ?? 0);
+  else if (held.value[way] !== down) held.value = { ...held.value, [way]: down, by: down ? by : held.value.by };
+  push(player, way, down);
+}
+
+/** A key went down. @param {KeyboardEvent} event @returns {boolean} whether it drives */
+export function keyDown(event) {
+  const row = KEYS[event.code];
+  if (!row || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return false;
+  event.preventDefault();
+  press(row.player, row.way, true, 'keys'); /* also repeated: another session may not have heard it */
+  return true;
+}
+
+/** @param {KeyboardEvent} event */
+export function keyUp(event) {
+  const row = KEYS[event.code];
+  if (row) press(row.player, row.way, false, 'keys');
+}
+
+export function letGo() {
+  for (const { player, way } of Object.values(KEYS)) push(player, way, false);
+  held.value = { ...held.value, ahead: false, back: false };
+}
+
+/** A pad that is held by a finger, a mouse, or by Space or Enter. @param {Way} way */
+export const hold = (way) => ({
+  down: (/** @type {PointerEvent} */ event) => {
+    /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);
+    press(0, way, true, event.pointerType === 'mouse' ? 'keys' : 'pads');
+  },
+  up: () => {
+    if (held.value[way]) press(0, way, false, 'keys');
+  },
+  key: (/** @type {KeyboardEvent} */ event) => {
+    if (event.code !== 'Space' && event.code !== 'Enter') return;
+    event.preventDefault();
+    press(0, way, true, 'keys');
+  },
+});
