@@ -8,6 +8,7 @@
 
 #include "daemon/api/api.h"
 #include "daemon/api/idempotency.h"
+#include "experiment/spec/experiment.h"
 #include "library/library.h"
 #include "session/scenario.h"
 #include "session/workload.h"
@@ -23,7 +24,7 @@ static ll_status set_paths(cJSON **scenario, const cJSON *set)
             "set: must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
     ll_scenario parsed = {0};
     LL_TRY(ll_scenario_parse(*scenario, &parsed));
-    ll_status status = ll_param_merge(parsed.kind->table, set, parsed.config);
+    ll_status status = ll_experiment_apply(parsed.kind, set, parsed.config);
     if (!ll_failed(&status)) {
         cJSON_Delete(*scenario);
         *scenario = ll_param_write(parsed.kind->table, parsed.config);

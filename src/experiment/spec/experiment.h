@@ -142,6 +142,9 @@ void ll_row_clear(ll_row *row); /* all bytes 0, no metrics; rows are compared an
 ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                             ll_kept_block *kept, ll_row *row);
 
+/* Merges values into a configuration and sets dependent ones. */
+ll_status ll_experiment_apply(const ll_sim_kind *kind, const struct cJSON *values, void *config);
+
 /* The scenario of a run, with the workload, to open it live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);
 

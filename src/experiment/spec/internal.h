@@ -6,5 +6,4 @@
 /* Reads the members with a table; the caller reads the other keys, unknown ones are refused. */
 ll_status ll_experiment_read_head(const struct cJSON *json, ll_experiment_head *head);
 
-/* Merges values into a configuration and sets dependent ones. */
-ll_status ll_experiment_apply(const ll_sim_kind *kind, const struct cJSON *values, void *config);
+

@@ -141,6 +141,15 @@ function axisList(part) {
 /** @param {string} path */
 const metricNamed = (path) => metricName(path, metricAt(scenario.value?.kind, path)?.unit, scenario.value);
 
+/** Opens within the page. @param {Event} event */
+function fitIn(event) {
+  const list = /** @type {HTMLDetailsElement} */ (event.currentTarget),
+    picks = list.querySelector('.picks');
+  if (!(picks instanceof HTMLElement)) return;
+  const room = document.documentElement.clientWidth - 12 - list.getBoundingClientRect().left - picks.offsetWidth;
+  picks.style.left = `${Math.min(0, room)}px`;
+}
+
 /** @param {KeyboardEvent} event */
 function closeOnEscape(event) {
   const list = /** @type {HTMLDetailsElement} */ (event.currentTarget);
@@ -160,7 +169,7 @@ function closeWhenLeft(event) {
 function metricList() {
   const { metrics: chosen } = draft.value,
     offered = [...new Set([...chosen, ...USUAL_METRICS.filter((path) => metrics.value.includes(path))])];
-  return html`<details class="pick" @keydown=${closeOnEscape} @focusout=${closeWhenLeft}><summary class="clause"
+  return html`<details class="pick" @toggle=${fitIn} @keydown=${closeOnEscape} @focusout=${closeWhenLeft}><summary class="clause"
       id="measured">${t('experiments.said.numbers', { n: chosen.length })}</summary>
     <div class="picks">${offered.map(
       (path) => html`<label class="toggle"><input type="checkbox" data-pick=${path} .checked=${chosen.includes(path)}

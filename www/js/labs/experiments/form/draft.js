@@ -259,6 +259,7 @@ export function draftOf(json) {
 const USUAL = {
   'players.0.lag_ms': { list: true, values: '0, 50, 100, 200, 300, 500' },
   'methods.0.dt_s': { from: '0.001', to: '0.1', count: '8', log: true },
+  'params.n': { list: true, values: '16, 24, 32, 48, 64' },
 };
 
 /** An axis around the scenario's own value. @param {string} path @returns {Axis} */
@@ -286,7 +287,7 @@ export function axisAround(path) {
 
 // ---- the scenario ----
 
-const USUAL_AXES = ['players.0.lag_ms', 'methods.0.dt_s', 'solver.iterations', 'solver.substeps', 'params.n'];
+const USUAL_AXES = ['players.0.lag_ms', 'methods.0.dt_s', 'params.n', 'solver.substeps', 'solver.iterations'];
 /** What is compared, where a first axis alone could change nothing: a car that predicts answers at once at any lag. */
 const COMPARED = { 'players.0.lag_ms': 'players.0.prediction' };
 export const USUAL_METRICS = [
@@ -296,6 +297,8 @@ export const USUAL_METRICS = [
   'methods.0.evaluations',
   'drift_worst_m',
   'penetration_worst_m',
+  'error_max',
+  'divergence_max',
 ];
 /** @param {string} kind @returns {import('../../../session/lab.js').Study} */
 const studyOf = (kind) => labs.value.find((one) => one.kind === kind)?.study ?? { axes: [], errors: /./, more: [], repeats: '1' };
@@ -360,7 +363,7 @@ function begin(whole, paths) {
   const axes = [path, /** @type {Record<string, string>} */ (COMPARED)[path] ?? ''].filter((one) => one !== '' && variable(one));
   write({
     axes: axes.map(axisAround),
-    metrics: usual.length > 0 ? usual : paths.slice(0, 2),
+    metrics: usual.length > 0 ? usual : paths.filter((one) => one !== 't_s').slice(0, 2),
     fixed: shortened(studyOf(whole.kind).brief_s),
   });
 }
