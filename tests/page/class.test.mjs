@@ -233,14 +233,14 @@ test('a lesson: its scene on the board, its question and choices on every page',
   await until(async () => (await sessionOf(watcher.page))?.id === board && (await sessionOf(teacher.page))?.id === board, 'its scene');
   await button(teacher.page, 'Predict').click();
   await watcher.page.getByText('A message takes 150 ms each way').waitFor();
-  await settles(() => watcher.page.locator('.answer span').allInnerTexts(), ['0 ms', '150 ms', '344 ms', '500 ms']);
+  await settles(() => watcher.page.locator('.answer span').allInnerTexts(), ['0 ms', '150 ms', '350 ms', '500 ms']);
   assert.equal(await watcher.page.getByText('right', { exact: true }).count(), 0);
   await watcher.page.getByRole('radio').nth(2).check();
-  await watcher.page.getByText('Sent: 344 ms').waitFor();
+  await watcher.page.getByText('Sent: 350 ms').waitFor();
   await button(teacher.page, 'Lock').click();
   await button(teacher.page, 'Run').click();
   await until(async () => (await teacher.state()).phase === 'stopped', 'the stop');
-  assert.equal((await teacher.state()).tick, 22);
+  assert.equal((await teacher.state()).tick, 202);
   await button(teacher.page, 'Explain').click();
   await watcher.page.locator('.tally').getByText('yours right').waitFor();
   quiet([teacher, watcher]);

@@ -6,7 +6,8 @@ import { digits, language, t } from '../base/words.js';
 
 /** @typedef {{en: string, de: string}} Text */
 /** As api/lesson.schema.json has it. @typedef {{title: Text, scenario: string, set: Record<string, unknown>, seed: number,
- * stop_tick: number, speed: number, steps: {predict: Text}, choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
+ * workload?: unknown, start_tick?: number, stop_tick: number, speed: number, steps: {predict: Text},
+ *   choices: {value: number, label?: Text, right?: true}[], answer: {unit: Text},
  *   numbers: Record<string, {value: number, digits: number}>}} Lesson */
 
 /** @type {import('@preact/signals-core').Signal<{id: string, title: Text, order: number}[]>} */

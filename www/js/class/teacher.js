@@ -79,7 +79,8 @@ export async function choose(id) {
   if (asked !== questions) return;
   if (lesson === null) return set({ lesson: '', phase: 'lobby', stop_tick: 0 });
   const mine = ++turn;
-  const made = await ask('PUT', '/board', { scenario: lesson.scenario, set: lesson.set, seed: lesson.seed });
+  const { scenario, set: settings, seed, workload } = lesson;
+  const made = await ask('PUT', '/board', { scenario, set: settings, seed, ...(workload ? { workload } : {}) });
   if (made === null) return;
   keep(made.id, made.owner_key, false);
   if (mine !== turn) {
@@ -89,6 +90,7 @@ export async function choose(id) {
   follow(made.id);
   if (asked !== questions) return;
   await control({ op: 'speed', speed: lesson.speed });
+  if (lesson.start_tick) await control({ op: 'seek', tick: lesson.start_tick });
   await set({ lesson: id, step: 0, stop_tick: lesson.stop_tick, phase: 'lobby' });
 }
 

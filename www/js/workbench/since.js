@@ -42,7 +42,8 @@ export function since({ parts, now, asked }) {
       ? svg`<svg x=${x(from)} y=${y - 8} width=${`${(((RIGHT - LEFT) * Math.min(long, most - from)) / span).toFixed(2)}%`} height="16"
         class="waits"><rect width="100%" height="100%"></rect></svg>${
           most >= from + long
-            ? svg`<text class="waited" x=${x(y < label ? from - 6 : from + long / 2)} y=${label}
+            ? svg`<text class="waited" data-last=${y < label}
+              x=${x(y < label ? from + long : from + long / 2)} dx=${y < label ? -8 : 0} y=${label}
               text-anchor=${y < label ? 'end' : 'middle'}>${t('workbench.since.waits', { ms: ms(long) })}</text>`
             : nothing
         }`
@@ -67,13 +68,14 @@ export function since({ parts, now, asked }) {
       }
       ${asked ? nothing : waiting(there, wait, 108, 94)}
       ${asked ? nothing : way(there + wait, back, [108, 22], t('workbench.since.back', { ms: ms(back) }))}
-      ${asked ? nothing : waiting(there + wait + back, frame, 22, 46)}
+      ${asked ? nothing : waiting(there + wait + back, frame, 22, 98)}
       <svg x=${x(0)} y="22" class="dot"><circle r="7"></circle></svg>
       ${
         over && !asked
           ? svg`<line class="upright" x1=${x(total)} y1="22" x2=${x(total)} y2="112"></line>
         <svg x=${x(total)} y="22" class="dot lit"><circle r="8"></circle></svg>
-        <text class="total" x=${x(total)} dx="0.5em" y="66">${ms(total)}</text>`
+        <text class="total" x=${x(total)} dx="-8" y="80"
+        text-anchor="end">${ms(total)}</text>`
           : nothing
       }
     </svg></div>`;

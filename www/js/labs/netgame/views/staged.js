@@ -234,8 +234,11 @@ export function drawOver(at, of, run, road) {
       pen.lineTo(x + way * 7, y + 5);
     }
     pen.stroke();
-    const text = t(apart > 0 ? 'netgame.staged.ahead' : 'netgame.staged.behind', { m: fixed(Math.abs(apart), 1) });
-    drawText(pen, colours, text, Math.max(from, nose) + 10, y, { bold: true });
+    const left = Math.max(from, nose) + 10,
+      m = { m: fixed(Math.abs(apart), 1) },
+      way = `netgame.staged.${apart > 0 ? 'ahead' : 'behind'}`;
+    const whole = left + widthOf(pen, colours, t(way, m), true) < at.width;
+    drawText(pen, colours, t(whole ? way : `${way}.short`, m), left, y, { bold: true });
     return;
   }
   const flags = flagsOf(at, of);
