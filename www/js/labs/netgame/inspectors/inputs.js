@@ -4,6 +4,7 @@ import { fixed } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
+import { drawShown, place } from '../../../draw/shown.js';
 
 /** @typedef {import('../core/inspector.js').InspectorContext} InspectorContext */
 /** @typedef {'open' | 'acknowledged' | 'refused' | 'late' | 'lost'} Fate */
@@ -93,6 +94,11 @@ export const inputs = {
       if (i % 4 === rows.length % 4)
         drawText(pen, colours, String(row.seq), x, height - colours.text * 0.6, { align: 'center', colour: colours.faint });
     });
+    const newest = rows.at(-1)?.seq ?? 0,
+      edge = (/** @type {number} */ seq) => left + step * (MOST - newest + seq);
+    place(pen.canvas, 'answered', edge(frame.views[1 + player]?.acked_seq ?? 0), up, frame.views[1 + player]?.acked_seq ?? 0);
+    place(pen.canvas, 'newest', edge(newest), up, newest);
+    drawShown(pen, colours);
     const correction = correctionOf(at);
     if (correction) {
       const again = frame.views[1 + player]?.unacked ?? 0;

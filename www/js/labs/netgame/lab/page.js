@@ -69,7 +69,6 @@ const SHOWS = [
   'shot',
   'cover',
   'arrivals',
-  'inputs',
   'buffer',
   'refusals',
   'desync',
@@ -123,7 +122,7 @@ function rows() {
 function messages() {
   return html`<section class="row lane" data-tab="messages" aria-label=${t('netgame.messages')} ?hidden=${!overlays.value.messages}>
     <div class="gutter">${messagesPanel()}</div>
-    <div class="view" role="group" tabindex="0" data-arrows="yes" data-shows="message"
+    <div class="view" role="group" tabindex="0" data-arrows="yes" data-shows="message inputs"
       aria-label=${t('netgame.lane.keys')}>
       <canvas id="lane" role="img" aria-label=${t('netgame.lane.over_time')}></canvas></div></section>`;
 }

@@ -3,6 +3,7 @@ import { ACCEPT, APPLIED, BLOCKED, CONNECT, INPUT, PING, PONG, REFUSAL, SEGMENT,
 import { fixed, letter } from '../../../base/format.js';
 import { paintOf } from '../../../draw/palette.js';
 import { cross, drawText } from '../../../draw/marks.js';
+import { drawShown, place } from '../../../draw/shown.js';
 import { t } from '../../../base/words.js';
 
 /** @typedef {import('../core/frame.js').Event & {index: number}} Message */
@@ -261,6 +262,11 @@ export function drawLanes(at) {
   pen.setLineDash([]);
   pen.fillStyle = colours.grid; /* the server's ticks */
   const steps = at.memory.of(STEP, SERVER).filter((e) => e.begin_s >= now - span && e.begin_s <= now);
+  for (const [name, one] of /** @type {[string, Message | undefined][]} */ ([
+    ['step', steps.at(-1)],
+    ['step.before', steps.at(-2)],
+  ]))
+    if (one) place(at.pen.canvas, name, x(one.begin_s), middle, one.begin_s * 1000);
   const every = Math.max(1, Math.ceil(steps.length / 80));
   for (const step of steps) if (step.number % every === 0) pen.fillRect(Math.round(x(step.begin_s)), top, 1, bottom - top);
   pen.save();
@@ -322,6 +328,7 @@ export function drawLanes(at) {
       drawText(pen, colours, `${fixed(lag, 0)} ms`, LEFT + 4, (line + middle) / 2, { colour: paintOf(colours, p).text });
     }
   }
+  drawShown(pen, colours);
   return { ...thinned, text };
 }
 
