@@ -260,8 +260,9 @@ function drawPlots(colours) {
           ]
         : [];
     });
-    const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? t('workbench.play_to_draw') : t('fluid.all_zero');
-    onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty }));
+    const logY = size && lines.some(({ ys }) => ys.some((v) => v > 0)), // what is 0 throughout is a line at 0
+      empty = t('workbench.play_to_draw');
+    onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY, least: 1e-9, empty }));
   }
   if (!hasProfiles()) return;
   const curves = (profiles.value ?? []).flatMap((one, i) =>
