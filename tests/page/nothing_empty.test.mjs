@@ -16,12 +16,17 @@ after(async () => {
 });
 
 const PLACES = ['#race', '#cannon', '#shoot', '#crates', '#step', '#collide', '#fluid', '#experiments', '#tradeoff'];
-const EMPTY =
-  /no runs yet|nothing has been measured|not measured|all is 0|events missing|noch kein lauf|nichts gemessen|nicht gemessen|alles ist 0|ereignisse fehlen/i;
+const EMPTY = new RegExp(
+  [
+    'no runs yet|nothing has been measured|not measured|all is 0|events missing',
+    'noch kein lauf|nichts gemessen|nicht gemessen|alles ist 0|ereignisse fehlen',
+  ].join('|'),
+  'i',
+);
 
 /** In the page: what canvases say, as they are drawn. */
 function listen() {
-  const said = /** @type {any} */ ((globalThis).said = new Set()),
+  const said = /** @type {any} */ ((globalThis.said = new Set())),
     draw = CanvasRenderingContext2D.prototype.fillText;
   CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
     said.add(String(text));
