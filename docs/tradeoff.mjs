@@ -25,7 +25,10 @@ measurement of yours.
   the level again, and nothing else that is within it there is cheaper beyond the intervals of both costs. Without randomness the errors
   cannot differ, and the processor time is measured again. *As cheap* are methods whose cost does not differ certainly from it in one of the
   two measurements.
-- **Time**: the minimum of the runs; its interval ends at the median, and at least 5 % above the minimum.
+- **Time**: the minimum of the runs; its interval ends at the median, and at least 5 % above the minimum. A daemon measures two settings at
+  the same time, where it has two cores: of four families that raised the processor times by 2 % at most in the median, and by at most
+  3 % in nine of ten settings, within that interval.
+- **Order**: the coarsest setting of every method comes first, then finer ones, then the check.
 
 \`\`\`console
 $ build/laglab tradeoff contact_solvers --winners winners.csv --report contacts.html > contacts.csv
