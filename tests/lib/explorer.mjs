@@ -706,7 +706,7 @@ export class Explorer {
         this.call('patch', C, name, {
           key,
           body: {
-            phase: d.pick(['lobby', 'predict', 'locked', 'run', 'stopped', 'explain', 'free']),
+            phase: d.pick(['lobby', 'predict', 'locked', 'run', 'stopped', 'explain', 'change', 'free']),
             choices: d.below(5),
             stop_tick: d.pick([0, 30, 200]),
             door: d.pick(['open', 'open', 'closed']),

@@ -1,11 +1,11 @@
 // A class on the page: a teacher, two players and a watcher, each in a browser context of its own.
 import assert from 'node:assert/strict';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { networkInterfaces, tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, axe, button, frameOf, launch, paramsOf, reads, sessionOf, settles, shown, until, visit, pick } from './lib.mjs';
+import { api, axe, button, frameOf, launch, paramsOf, pick, reads, refreshes, sessionOf, settles, shown, until, visit } from './lib.mjs';
 import { sweep, test } from './tiers.mjs';
 
 const WIDE = { width: 1366, height: 768 },
@@ -39,14 +39,41 @@ async function teach(size = WIDE, url = daemon.url) {
   const teacher = await open(`${url}?scenario=race&set=duration_s:600&set=players.0.script:idle&set=players.1.script:idle`, size);
   await shown(teacher.page);
   await button(teacher.page, 'Class').click();
-  await button(teacher.page, 'Show the board').waitFor();
+  const room = await opened(teacher, url);
+  await until(async () => (await room.state()).seats.length === 2, 'the players');
+  return room;
+}
+
+/** The class that a page has just opened. */
+async function opened(teacher, url = daemon.url) {
+  await next(teacher.page).waitFor();
   const code = new URL(teacher.page.url()).hash.replace('#class=', '');
   assert.match(code, /^[2-9A-HJKMNP-Z]{4}$/);
-  const found = await api(url, `classes/${code}`);
-  const state = async () => (await api(url, `classes/${found.body.id}`)).body.state;
-  await until(async () => (await state()).seats.length === 2, 'the players');
-  return { ...teacher, code, state, id: found.body.id };
+  const { id } = (await api(url, `classes/${code}`)).body;
+  const state = async () => (await api(url, `classes/${id}`)).body.state,
+    key = await teacher.page.evaluate(() => JSON.parse(sessionStorage.getItem('laglab.class') ?? '{}').secret);
+  return {
+    ...teacher,
+    code,
+    state,
+    id,
+    /** What another device of the teacher does. */
+    put: (/** @type {any} */ patch) => api(url, `classes/${id}`, patch, key, 'PATCH'),
+    /** Presses Next, and waits for the phase. */
+    on: async (/** @type {string | string[]} */ phase) => {
+      await next(teacher.page).click();
+      await until(async () => [phase].flat().includes((await state()).phase), `phase ${phase}`);
+    },
+    /** Behind the button with three dots. */
+    more: async () => {
+      await button(teacher.page, 'More for the teacher').click();
+      return teacher.page.locator('dialog.classmore');
+    },
+  };
 }
+
+/** The one button that says what comes next. */
+const next = (page) => page.locator('#class .next');
 
 /** A student's page that has taken a part, and shows the board. */
 async function student(code, part, size = WIDE) {
@@ -94,8 +121,7 @@ test('teacher and student go on after kill -9 of the daemon: same code, seat, ph
   const a = await open(`${own.url}${teacher.code}`, PHONE);
   await button(a.page, 'Play A').click();
   await shown(a.page);
-  await button(teacher.page, 'Explain').click();
-  await until(async () => (await teacher.state()).phase === 'explain', 'the phase');
+  await teacher.put({ phase: 'explain' });
   const before = await teacher.state();
   await until(async () => (await teacher.state()).seats[0].state === 'held', 'the seat');
   await a.page.waitForTimeout(300); /* until the change is on disk */
@@ -108,8 +134,9 @@ test('teacher and student go on after kill -9 of the daemon: same code, seat, ph
   }, 'the student holds the seat again');
   await reads(chip(a.page), /You play A/);
   await until(async () => (await frameOf(a.page)) !== null, 'the board is drawn');
-  await button(teacher.page, 'Run').click();
-  await until(async () => (await teacher.state()).status === 'playing', 'the teacher’s key works');
+  await teacher.on('predict'); /* the teacher’s key works */
+  await teacher.put({ phase: 'run' });
+  await until(async () => (await teacher.state()).status === 'playing', 'the run');
   const { tick } = await frameOf(a.page);
   await until(async () => (await frameOf(a.page)).tick > tick, 'the board moves on the student’s page');
   await close(teacher, a);
@@ -117,8 +144,8 @@ test('teacher and student go on after kill -9 of the daemon: same code, seat, ph
 
 test('a class is opened, joined by code in either case; two devices drive; a seat is taken once', async () => {
   const teacher = await teach();
-  await settles(async () => (await teacher.page.locator('.how .letters').innerText()).replace(/\s/g, ''), teacher.code);
-  await reads(teacher.page.locator('.how'), /Only this computer reaches laglab/);
+  await settles(async () => (await teacher.page.locator('.joining .letters').innerText()).replace(/\s/g, ''), teacher.code);
+  await reads(teacher.page.locator('.joining'), /Only this computer reaches laglab/);
   assert.equal(await teacher.page.locator('.qr').count(), 0, 'no QR code of a loopback address');
 
   const a = await student(teacher.code.toLowerCase(), 'Play A', PHONE);
@@ -141,21 +168,21 @@ test('a class is opened, joined by code in either case; two devices drive; a sea
   await button(b.page, 'Play B').click();
   await shown(b.page);
   const watcher = await student(teacher.code, 'Watch', PHONE);
-  await until(async () => (await teacher.page.locator('.how .counts').innerText()).includes('3 joined'), 'three have joined');
-  await until(
-    async () => /round trip [\d.]+ ms, simulated lag 150 ms/.test(await teacher.page.locator('.seats').innerText()),
-    'the round trip',
-  );
+  await until(async () => (await teacher.page.locator('.come').innerText()).includes('3 have joined'), 'three have joined');
+  const menu = await teacher.more();
+  await until(async () => /round trip [\d.]+ ms, simulated lag 150 ms/.test(await menu.locator('.seats').innerText()), 'the round trip');
+  await button(teacher.page, 'Close').click();
   const board = (await sessionOf(teacher.page)).id;
   await settles(() => sessionOf(watcher.page), { id: board, owner: false });
   await settles(async () => (await sessionOf(a.page))?.id, board);
 
-  await button(teacher.page, 'Run').click();
+  await teacher.put({ phase: 'run' });
   await until(async () => (await teacher.state()).status === 'playing', 'the run');
   await until(async () => (await paramsOf(a.page)).players.every((p) => p.control === 'person'), 'two persons');
   const pad = a.page.getByRole('button', { name: 'Throttle, Player A' });
   const box = await pad.boundingBox();
   assert.ok(box && box.width >= 64 && box.height >= 64, JSON.stringify(box));
+  await reads(pad, /^Go$/);
   assert.equal(await a.page.getByRole('button', { name: 'Throttle, Player B' }).count(), 0, 'only its own pads');
   const cars = async () => (await frameOf(watcher.page)).views[0].entities;
   await a.page.mouse.move(box.x + 20, box.y + 20);
@@ -181,12 +208,13 @@ test('votes: by button and key, hidden until locked; a reload keeps seat and vot
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A', PHONE),
     watcher = await student(teacher.code, 'Watch');
-  await teacher.page.getByLabel('Choices').selectOption('5');
-  await button(teacher.page, 'Predict').click();
+  await (await teacher.more()).getByLabel('Choices').selectOption('5');
+  await teacher.page.keyboard.press('Escape');
+  await teacher.on('predict');
   await a.page.getByRole('radio').nth(4).waitFor();
   for (const row of await a.page.locator('.answer').all()) assert.ok(((await row.boundingBox())?.height ?? 0) >= 44);
-  const bottom = await a.page.locator('#class').boundingBox();
-  assert.ok(bottom && bottom.y + bottom.height < 844 - 150, `room for a view below ${bottom?.height} px`);
+  const view = await a.page.locator('#app').boundingBox();
+  assert.ok(view && view.height > 150, `room for a view of ${view?.height} px`);
   const drawn = () =>
     a.page.locator('canvas[data-view="1"]').evaluate((/** @type {any} */ canvas) => {
       const scale = devicePixelRatio;
@@ -196,7 +224,7 @@ test('votes: by button and key, hidden until locked; a reload keeps seat and vot
   await a.page.getByRole('radio').nth(1).check();
   await watcher.page.getByRole('radio').nth(4).waitFor();
   await watcher.page.keyboard.press('3');
-  await until(async () => (await teacher.page.locator('.how .counts').innerText()).includes('2 voted'), 'two votes');
+  await until(async () => /^2\s+of 2 have answered$/.test(await teacher.page.locator('.comers .count').innerText()), 'two votes');
   await a.page.getByText('Sent: Choice 2').waitFor();
   for (const { page } of [teacher, a, watcher]) assert.equal(await page.locator('.tally').count(), 0, 'hidden');
   assert.equal((await teacher.state()).tally, null);
@@ -210,46 +238,198 @@ test('votes: by button and key, hidden until locked; a reload keeps seat and vot
   await watcher.page.keyboard.press('2');
   await watcher.page.getByText('Sent: Choice 2').waitFor();
 
-  await button(teacher.page, 'Lock').click();
+  await teacher.on('locked');
   for (const { page } of [teacher, a, watcher]) await page.locator('.tally').getByText('2 of 2 chose Choice 2.').waitFor();
   await settles(() => watcher.page.locator('.tally b').allInnerTexts(), ['0', '2', '0', '0', '0']);
   assert.equal(await a.page.getByRole('radio').count(), 0, 'no more votes');
 
-  await button(teacher.page, 'Run').click();
-  await button(teacher.page, 'Predict').click();
-  await until(async () => (await teacher.state()).votes === 0 && (await teacher.state()).phase === 'predict', 'a new question');
+  await teacher.on('run');
+  await teacher.on('explain');
+  await teacher.on('predict');
+  assert.equal((await teacher.state()).votes, 0, 'a new question');
   await a.page.getByText('Choose one.').waitFor();
   await silent([teacher, a, watcher]);
   quiet([teacher, a, watcher]);
   await close(teacher, a, watcher);
 });
 
-test('a lesson: its scene on the board, its question and choices on every page', async () => {
-  const teacher = await teach();
-  const watcher = await student(teacher.code, 'Watch', PHONE);
-  await teacher.page.getByLabel('Question', { exact: true }).selectOption('late_answer');
-  await until(async () => (await teacher.state()).lesson === 'late_answer', 'the lesson');
-  const board = (await teacher.state()).board;
-  await until(async () => (await sessionOf(watcher.page))?.id === board && (await sessionOf(teacher.page))?.id === board, 'its scene');
-  await button(teacher.page, 'Predict').click();
-  await watcher.page.getByText('A message takes 150 ms each way').waitFor();
-  await settles(() => watcher.page.locator('.answer span').allInnerTexts(), ['0 ms', '150 ms', '350 ms', '500 ms']);
-  assert.equal(await watcher.page.getByText('right', { exact: true }).count(), 0);
-  await watcher.page.getByRole('radio').nth(2).check();
-  await watcher.page.getByText('Sent: 350 ms').waitFor();
-  await button(teacher.page, 'Lock').click();
-  await button(teacher.page, 'Run').click();
+/** Where a page shows more than its screen, or type that is too small. */
+const misfits = (page, least) =>
+  page.evaluate((px) => {
+    const found = [];
+    if (document.documentElement.scrollWidth > innerWidth) found.push(`${document.documentElement.scrollWidth} px wide`);
+    if (document.documentElement.scrollHeight > innerHeight + 1) found.push(`${document.documentElement.scrollHeight} px high`);
+    for (const element of document.querySelectorAll('#class *, #app')) {
+      const box = element.getBoundingClientRect();
+      if (!(element instanceof HTMLElement) || box.height === 0 || element.closest('.unseen')) continue;
+      if (box.bottom > innerHeight + 1 || box.right > innerWidth + 1)
+        found.push(`${element.className} ends at ${box.right}, ${box.bottom}`);
+      const own = [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent?.trim());
+      if (own && Number.parseFloat(getComputedStyle(element).fontSize) < px - 0.1)
+        found.push(`${element.className || element.tagName} ${getComputedStyle(element).fontSize}: ${element.textContent}`);
+      if (element.matches('.classwords, .tally, .joining, .choices, .comers') && element.scrollHeight > element.clientHeight + 2)
+        found.push(`${element.className} overflows by ${element.scrollHeight - element.clientHeight} px`);
+    }
+    return found;
+  }, least);
+
+for (const [from, at, question] of [
+  ['the first page', '', 'late_answer'],
+  ['a lesson', '#lesson=in_the_past', 'in_the_past'],
+])
+  test(`from ${from} a class is open with its question on the projector after two presses`, async () => {
+    const visitor = await open(daemon.url + at);
+    await button(visitor.page, at === '' ? 'Class' : 'Ask my class').click();
+    const teacher = await opened(visitor);
+    assert.equal((await teacher.state()).lesson, question);
+    await teacher.on('predict');
+    const { steps, choices } = JSON.parse(readFileSync(new URL(`../../www/lessons/${question}.json`, import.meta.url), 'utf8'));
+    const asked = await reads(teacher.page.locator('h2.asked'), /\?$/);
+    assert.equal(asked.slice(0, 12), steps.predict.en.slice(0, 12));
+    assert.equal(await teacher.page.locator('.choices li').count(), choices.length);
+    assert.equal(await teacher.page.locator('.top, .bar, .methods').count(), 0, 'no workbench');
+    await until(() => teacher.page.locator('canvas[data-view="1"]').isVisible(), 'the first view');
+    assert.equal(await teacher.page.locator('canvas[data-view="0"]').isVisible(), false);
+    quiet([visitor]);
+    await visitor.close();
+  });
+
+test('a whole lesson by Next alone; phones show the same words; each says why nothing moves', async () => {
+  const lesson = JSON.parse(readFileSync(new URL('../../www/lessons/late_answer.json', import.meta.url), 'utf8')),
+    plain = (/** @type {string} */ text) => text.replace(/\{.*/, '').trim();
+  const visitor = await open(daemon.url);
+  await button(visitor.page, 'Class').click();
+  const teacher = await opened(visitor);
+  const a = await open(`${daemon.url}${teacher.code}`, PHONE),
+    b = await open(`${daemon.url}${teacher.code}`, PHONE);
+  for (const { page } of [a, b]) await button(page, 'Watch').click();
+  await a.page.getByText('You are in. Watch the board').waitFor();
+  const fits = async (/** @type {string} */ what) => {
+    await refreshes(teacher.page);
+    assert.deepEqual(await misfits(teacher.page, (26 * 1366) / 1920), [], what);
+    assert.deepEqual(await misfits(a.page, 13), [], what);
+  };
+  await fits('join');
+  await teacher.on('predict');
+  const says = (page, /** @type {string} */ text) => page.locator('#class').getByText(plain(text)).first().waitFor();
+  for (const { page } of [teacher, a]) await says(page, lesson.steps.predict.en);
+  await settles(() => a.page.locator('.answer span').allInnerTexts(), await teacher.page.locator('.choices b').allInnerTexts());
+  await a.page.getByRole('radio').nth(1).check();
+  await b.page.getByRole('radio').nth(2).check();
+  await a.page.getByText('Sent: 150 ms').waitFor();
+  await reads(teacher.page.locator('.count'), /^2\s+of 2 have answered$/);
+  assert.equal((await teacher.state()).tally, null);
+  for (const { page } of [teacher, a, b]) assert.equal(await page.locator('.tally, svg rect').count(), 0, 'no bar before the lock');
+  await fits('predict');
+  await teacher.on('locked');
+  await a.page.getByText('Answers are locked. Watch the board.').waitFor();
+  for (const { page } of [teacher, a]) await reads(page.locator('.tally'), /150 ms/);
+  assert.equal(await a.page.getByText('right', { exact: true }).count(), 0);
+  await fits('locked');
+  await teacher.on(['run', 'stopped']);
   await until(async () => (await teacher.state()).phase === 'stopped', 'the stop');
-  assert.equal((await teacher.state()).tick, 202);
-  await button(teacher.page, 'Explain').click();
-  await watcher.page.locator('.tally').getByText('yours right').waitFor();
-  quiet([teacher, watcher]);
-  await close(teacher, watcher);
+  assert.equal((await teacher.state()).tick, lesson.stop_tick);
+  for (const { page } of [teacher, a]) await says(page, lesson.steps.observe.en);
+  assert.equal(await teacher.page.locator('canvas[data-view="0"]').isVisible(), true, 'all views');
+  await fits('run');
+  await teacher.on('explain');
+  for (const { page } of [teacher, a]) await says(page, lesson.steps.explain.en);
+  await reads(teacher.page.locator('.measured'), new RegExp(`It was\\s+${lesson.answer.value} ms`));
+  await reads(teacher.page.locator('.reasoned'), new RegExp(`^1 of you said 150 ms: ${lesson.choices[1].why.en}`));
+  await reads(a.page.locator('.reasoned'), new RegExp(`^You said 150 ms: ${lesson.choices[1].why.en}`));
+  await reads(b.page.locator('.reasoned'), /^You said 3\d\d ms:/);
+  await reads(a.page.locator('.tally li').nth(1), /yours/);
+  await reads(a.page.locator('.tally li[data-right="true"]'), /right/);
+  await fits('explain');
+  const before = (await teacher.state()).board;
+  await teacher.on('change');
+  assert.notEqual((await teacher.state()).board, before);
+  for (const { page } of [teacher, a]) await says(page, lesson.steps.change.en);
+  await reads(teacher.page.locator('.compared'), /Before\s+3\d\d ms\s+With the change\s+0 ms/);
+  const { board } = await teacher.state();
+  for (const [path, value] of Object.entries(lesson.change.set)) {
+    const { params } = (await api(daemon.url, `sessions/${board}`)).body;
+    assert.equal(
+      path.split('.').reduce((at, name) => at[name], params),
+      value,
+      path,
+    );
+  }
+  await until(async () => (await teacher.state()).status === 'paused' && (await teacher.state()).tick === lesson.stop_tick, 'its stop');
+  await fits('change');
+  await reads(next(teacher.page), /^Next: question 2$/);
+  await teacher.on('predict');
+  assert.deepEqual([(await teacher.state()).lesson, (await teacher.state()).votes], ['jump_back', 0]);
+  await a.page.getByText('Choose one.').waitFor();
+  quiet([visitor, a, b]);
+  await close(visitor, a, b);
+});
+
+test('seats stay for the next question; Free plays, and a phone that drives says when the teacher has paused', async () => {
+  const teacher = await teach();
+  const a = await student(teacher.code, 'Play A', PHONE),
+    b = await student(teacher.code, 'Play B', PHONE);
+  await until(async () => (await teacher.state()).seats.every(({ state }) => state === 'held'), 'two seats');
+  await (await teacher.more()).getByLabel('Question', { exact: true }).selectOption('in_the_past');
+  await until(async () => (await teacher.state()).lesson === 'in_the_past', 'the question');
+  const { board } = await teacher.state();
+  for (const { page } of [a, b]) {
+    await until(async () => (await sessionOf(page))?.id === board, 'its board');
+    await page.getByText('You drive when the teacher lets all drive.').waitFor();
+  }
+  await reads(chip(a.page), /You play A/);
+  await reads(chip(b.page), /You play B/);
+  assert.deepEqual(
+    (await teacher.state()).seats.map(({ state }) => state),
+    ['held', 'held'],
+  );
+  const controls = async () => (await api(daemon.url, `sessions/${board}`)).body.params.players.map(({ control }) => control);
+  assert.deepEqual(await controls(), ['script', 'script'], 'the lesson shows what its script does');
+  await button(teacher.page, 'Let all drive').click();
+  await until(async () => (await teacher.state()).status === 'playing', 'the board plays');
+  await settles(controls, ['person', 'person']);
+  await a.page.getByText('You drive: hold a key or a pad.').waitFor();
+  const pad = a.page.getByRole('button', { name: 'Throttle, Player A' });
+  const box = await pad.boundingBox();
+  await a.page.mouse.move(box.x + 20, box.y + 20);
+  await a.page.mouse.down();
+  await until(async () => (await frameOf(a.page)).views[1].entities[0].vx > 0.5, 'A drives');
+  await a.page.mouse.up();
+  assert.deepEqual(await misfits(a.page, 13), []);
+  await button(teacher.page, 'More for the teacher').click();
+  await button(teacher.page, 'Freeze all').click();
+  await a.page.getByText('The teacher has paused all pages').waitFor();
+  await button(teacher.page, 'Unfreeze').click();
+  await teacher.page.keyboard.press('Escape');
+  const { board: shown } = await teacher.state(),
+    key = await teacher.page.evaluate(() => JSON.parse(sessionStorage.getItem('laglab.class') ?? '{}').secret);
+  await until(async () => (await teacher.state()).status === 'playing', 'it goes on');
+  await api(daemon.url, `sessions/${shown}/control`, { op: 'pause' }, key);
+  await a.page.getByText('The teacher has paused.').waitFor();
+  quiet([teacher, a, b]);
+  await close(teacher, a, b);
+});
+
+test('the join page says that a question is open; a tab that waits there follows another tab of its browser', async () => {
+  const teacher = await teach();
+  await teacher.on('predict');
+  const a = await open(`${daemon.url}${teacher.code}`, PHONE);
+  await a.page.getByText('A question is open').waitFor();
+  const tab = await a.context.newPage();
+  await tab.goto(`${daemon.url}${teacher.code}`);
+  await button(tab, 'Play A').waitFor();
+  await button(a.page, 'Play A').click();
+  await reads(chip(tab), /You play A/);
+  assert.equal((await teacher.state()).n, 1);
+  quiet([teacher, a]);
+  await close(teacher, a);
 });
 
 test('freeze reaches all pages, bringing leads all to the board; a copy is kept', async () => {
   const teacher = await teach();
-  await button(teacher.page, 'Free').click();
+  await teacher.more();
+  await button(teacher.page, 'Let all drive').click();
+  await until(async () => (await teacher.state()).status === 'playing', 'Free plays');
   const a = await student(teacher.code, 'Play A', PHONE),
     b = await student(teacher.code, 'Play B'),
     copy = await student(teacher.code, 'My own copy');
@@ -259,10 +439,10 @@ test('freeze reaches all pages, bringing leads all to the board; a copy is kept'
     const now = await sessionOf(copy.page);
     return now && now.id !== board && now;
   }, 'a session of its own');
-  await button(copy.page, 'Play').click();
   await button(copy.page, 'Pause').waitFor();
 
-  const frozen = ({ page }) => page.getByText('The teacher has stopped all pages').first().waitFor();
+  await teacher.more();
+  const frozen = ({ page }) => page.getByText('The teacher has paused all pages').first().waitFor();
   await button(teacher.page, 'Freeze all').click();
   await Promise.all([a, b, copy].map(frozen));
   await until(async () => (await api(daemon.url, `sessions/${own.id}`)).body.status === 'paused', 'the copy is paused');
@@ -289,7 +469,7 @@ test('freeze reaches all pages, bringing leads all to the board; a copy is kept'
 test('a lost connection: the last frame greyed, and seat and vote back by themselves', async () => {
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A');
-  await button(teacher.page, 'Predict').click();
+  await teacher.on('predict');
   await a.page.getByRole('radio').nth(1).waitFor();
   await a.page.keyboard.press('2');
   await a.page.getByText('Sent: Choice 2').waitFor();
@@ -301,7 +481,7 @@ test('a lost connection: the last frame greyed, and seat and vote back by themse
   await until(async () => (await teacher.state()).seats[0].state === 'held', 'the seat');
   await settles(() => a.page.getByRole('radio').nth(1).isChecked(), true, 'the vote');
   await reads(chip(a.page), /You play A/);
-  await button(teacher.page, 'Run').click();
+  await teacher.put({ phase: 'run' });
   await a.page.locator('.view[data-drive="0"]').focus();
   await a.page.keyboard.down('ArrowRight');
   await until(async () => (await frameOf(a.page)).views[0].entities[0].vx > 0.5, 'it drives again');
@@ -312,15 +492,17 @@ test('a lost connection: the last frame greyed, and seat and vote back by themse
 test('the teacher: a reload, another scenario, a second device, the end', async () => {
   const teacher = await teach();
   const watcher = await student(teacher.code, 'Watch');
+  const menu = await teacher.more();
   await teacher.page.getByText('Steer from another device').click();
-  const remote = await reads(() => teacher.page.locator('.lobby details input').inputValue(), /^http/);
+  const remote = await reads(() => menu.locator('details input').inputValue(), /^http/);
   const phone = await open(remote, PHONE);
-  await button(phone.page, 'Show the board').waitFor();
+  await next(phone.page).waitFor();
   assert.ok(phone.page.url().endsWith(`#class=${teacher.code}`), phone.page.url());
-  await button(phone.page, 'Run').click();
-  await until(async () => (await teacher.state()).phase === 'run', 'the remote control');
+  await next(phone.page).click();
+  await until(async () => (await teacher.state()).phase === 'predict', 'the remote control');
 
-  await button(teacher.page, 'Show the board').click();
+  await button(teacher.page, 'Show the workbench').click();
+  await button(teacher.page, 'Back to the stage').waitFor();
   await teacher.page.reload();
   await shown(teacher.page);
   await settles(async () => (await sessionOf(teacher.page))?.owner, true);
@@ -328,6 +510,7 @@ test('the teacher: a reload, another scenario, a second device, the end', async 
   await until(async () => (await paramsOf(watcher.page))?.game === 'cannon', 'another board on every page');
   await until(async () => (await paramsOf(phone.page))?.game === 'cannon', 'on the second device too');
   await silent([teacher, phone]);
+  await button(phone.page, 'More for the teacher').click();
   await button(phone.page, 'End the class').click();
   await button(phone.page, 'End it for all').click();
   await watcher.page.locator('#class').getByText('Another class has another code').waitFor();
@@ -344,11 +527,12 @@ test('the teacher sees devices by number, closes the door and removes one; it st
     b = await student(teacher.code, 'Watch');
   await reads(a.page.locator('#class .number'), /^Number 1$/);
   await reads(b.page.locator('#class .number'), /^Number 2$/);
+  await teacher.on('predict');
+  await teacher.more();
   const devices = teacher.page.locator('.devices'),
     device = (/** @type {number} */ n) => devices.getByRole('button', { name: new RegExp(`^Device ${n},`) });
   await settles(() => devices.locator('.device b').allInnerTexts(), ['1', '2']);
-  await until(async () => /plays A, connected/.test((await device(1).getAttribute('aria-label')) ?? ''), 'what it does');
-  await button(teacher.page, 'Predict').click();
+  await until(async () => /plays A, connected/.test((await device(1).textContent()) ?? ''), 'what it does');
   await b.page.getByRole('radio').nth(1).check();
   await a.page.getByRole('radio').nth(0).check();
   await until(async () => (await teacher.state()).votes === 2, 'two votes');
@@ -411,7 +595,7 @@ test('who gives way for another address reads it, and may join again', async (t)
 test('another tab of a browser is the same member, with its seat and vote', async () => {
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A');
-  await button(teacher.page, 'Predict').click();
+  await teacher.on('predict');
   await a.page.getByRole('radio').nth(1).check();
   const tab = await a.page.context().newPage();
   await tab.goto(`${daemon.url}${teacher.code}`);
@@ -442,7 +626,7 @@ test('two clicks open one class; one that gets no board ends', async () => {
   await reads(page.locator('aside.note'), /No class: no board/);
   await until(async () => (await api(daemon.url, `classes/${await made[0]}`)).status === 404, 'the end of the class');
   await button(page, 'Class').dblclick();
-  await button(page, 'Show the board').waitFor();
+  await next(page).waitFor();
   assert.equal(made.length, 2);
   quiet([teacher], /Failed to load resource/);
   await close(teacher);
@@ -465,36 +649,42 @@ test('a daemon on all interfaces: its addresses, and a QR code of the first', as
   await teacher.close();
 });
 
-for (const size of [WIDE, PHONE])
-  sweep(size === PHONE)(`axe finds nothing in lobby, join view, vote and board at ${size.width} px; nothing scrolls sideways`, async () => {
-    const teacher = await teach(size);
-    const fits = async (page, what) => {
-      assert.deepEqual(await axe(page), [], what);
-      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false, what);
-    };
-    await fits(teacher.page, 'lobby');
-    const empty = await open(`${daemon.url}#class`, size);
-    await empty.page.getByLabel('Code on the board').waitFor();
-    await fits(empty.page, 'code');
-    const a = await open(`${daemon.url}${teacher.code}`, size);
-    await button(a.page, 'Play A').waitFor();
-    await fits(a.page, 'join');
-    await button(a.page, 'Play A').click();
-    await shown(a.page);
-    await fits(a.page, 'a player');
-    await button(teacher.page, 'Predict').click();
-    await a.page.getByRole('radio').first().waitFor();
-    await fits(a.page, 'vote');
-    await button(teacher.page, 'Lock').click();
-    await a.page.locator('.tally').waitFor();
-    await fits(a.page, 'tally');
-    await teacher.page.locator('.device').first().click();
-    await button(teacher.page, 'Remove 1').waitFor();
-    await fits(teacher.page, 'lobby with votes and what a device is asked');
-    await button(teacher.page, 'Show the board').click();
-    await fits(teacher.page, 'board');
-    await button(teacher.page, 'Freeze all').click();
-    await a.page.getByText('The teacher has stopped all pages').first().waitFor();
-    await fits(a.page, 'frozen');
-    await close(teacher, empty, a);
-  });
+const SIZES = [{ width: 1920, height: 1080 }, WIDE, { width: 1024, height: 768 }];
+for (const size of SIZES)
+  for (const lang of ['en', 'de'])
+    sweep(size === WIDE && lang === 'de')(
+      `every phase fits ${size.width} px and a phone of 390 px in ${lang}, and axe finds nothing`,
+      async () => {
+        const words = JSON.parse(readFileSync(new URL(`../../www/words/${lang}.json`, import.meta.url), 'utf8')),
+          visitor = await open(`${daemon.url}?lang=${lang}#lesson=who_waits`, size);
+        await visitor.page.locator('.askclass').click();
+        await next(visitor.page).waitFor();
+        const code = new URL(visitor.page.url()).hash.replace('#class=', '');
+        const a = await open(`${daemon.url}?lang=${lang}#class=${code}`, PHONE),
+          laptop = await open(`${daemon.url}?lang=${lang}#class=${code}`, WIDE);
+        assert.deepEqual(await axe(a.page), [], 'join');
+        await button(a.page, words.class['class.play'].replace('{player}', 'A')).click();
+        await button(laptop.page, words.class['class.watch']).click();
+        const state = async () => (await api(daemon.url, `classes/${code}`)).body.state;
+        for (const phase of ['lobby', 'predict', 'locked', 'run', 'explain', 'change']) {
+          if (phase !== 'lobby') await next(visitor.page).click();
+          await until(async () => (await state()).phase === phase, phase);
+          for (const { page } of [visitor, a, laptop]) {
+            await page.locator(`[data-phase="${phase}"]`).waitFor();
+            await refreshes(page, 6);
+            assert.deepEqual(await axe(page), [], phase);
+          }
+          assert.deepEqual(await misfits(visitor.page, 26 * Math.min(size.width / 1920, size.height / 1080)), [], phase);
+          for (const { page } of [a, laptop]) assert.deepEqual(await misfits(page, 13), [], phase);
+          if (phase === 'predict') await a.page.getByRole('radio').nth(1).check();
+        }
+        await button(visitor.page, words.class['class.more']).click();
+        await button(visitor.page, words.class['class.remote']).or(visitor.page.getByText(words.class['class.remote'])).first().waitFor();
+        assert.deepEqual(await axe(visitor.page), [], 'what is seldom needed');
+        await visitor.page.locator('.device').first().click();
+        await button(visitor.page, words.class['class.to_workbench']).click();
+        await visitor.page.locator('[data-class="teach"]').waitFor();
+        assert.deepEqual(await axe(visitor.page), [], 'the workbench');
+        await close(visitor, a, laptop);
+      },
+    );

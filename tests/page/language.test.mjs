@@ -191,18 +191,17 @@ for (const { width, height } of SIZES)
     await close();
   });
 
-test('the class in German: the lobby, joining, a vote', async () => {
+test('the class in German: the code, joining, a vote', async () => {
   const own = words.de.class,
     { page, complaints, close } = await visit(browser, `${daemon.url}?lang=de#race`);
   await button(page, words.de.page['shell.class']).click();
-  await page.locator('.lobby').waitFor();
-  await button(page, own['class.do.predict']).waitFor();
-  assert.deepEqual(await clipped(page, '.lobby'), []);
+  await button(page, own['class.next.predict']).waitFor();
+  assert.deepEqual(await clipped(page, '#class'), []);
   assert.deepEqual(await axe(page), []);
-  const code = (await reads(page.locator('.lobby .letters'), /\w/)).replace(/\s/g, '');
+  const code = (await reads(page.locator('.joining .letters'), /\w/)).replace(/\s/g, '');
   const member = await visit(browser, `${daemon.url}?lang=de#class=${code}`, { width: 390, height: 844, wait: false });
   await button(member.page, new RegExp(own['class.watch'])).click();
-  await button(page, own['class.do.predict']).click();
+  await button(page, own['class.next.predict']).click();
   await member.page.locator('.ask').waitFor();
   assert.deepEqual(await clipped(member.page, '#class'), []);
   assert.deepEqual(await axe(member.page), []);

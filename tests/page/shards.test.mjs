@@ -40,14 +40,15 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   const teacher = await open(`${site.url}/?scenario=race&set=duration_s:600&set=players.0.script:idle`);
   await shown(teacher.page);
   await button(teacher.page, 'Class').click();
-  await button(teacher.page, 'Show the board').waitFor();
+  await teacher.page.locator('.joining .letters').waitFor();
   const code = new URL(teacher.page.url()).hash.replace('#class=', ''),
     shard = shardOf(code);
   const { id } = (await api(`${site.url}/`, `classes/${code}`)).body;
   const state = async () => (await api(`${site.url}/`, `classes/${id}`)).body.state;
   await until(async () => (await state())?.seats?.length === 2, 'the players');
 
-  await button(teacher.page, 'Show the board').click();
+  await button(teacher.page, 'More for the teacher').click();
+  await button(teacher.page, 'Show the workbench').click();
   // Another scenario is made at the class's shard, whichever is next in turn.
   for (const scenario of ['cannon', 'race']) {
     await fetch(`${site.url}/api/v1/sessions`, {
@@ -69,7 +70,10 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   await button(driver.page, 'Join').click();
   await button(driver.page, 'Play A').click();
   await button(copier.page, 'My own copy').click();
-  await button(teacher.page, 'Run').click();
+  for (const phase of ['predict', 'locked', 'run']) {
+    await teacher.page.locator('#class .next').click();
+    await until(async () => (await state()).phase === phase, phase);
+  }
   const { id: copy } = await until(async () => {
     const now = await sessionOf(copier.page);
     return now && now.id !== board && now;
@@ -99,6 +103,7 @@ test('a class is where its board is, and goes on there after kill -9 of its shar
   await reads(driver.page.locator('#class .chip'), /You play A/);
   await until(async () => (await state()).seats[0].state === 'held', 'the seat');
   const frozen = ({ page }) => page.locator('#class .state[data-kind="frozen"]');
+  await button(teacher.page, 'More for the teacher').click();
   await button(teacher.page, 'Freeze all').click();
   await Promise.all([driver, copier].map((one) => frozen(one).waitFor()));
   await button(teacher.page, 'Unfreeze').click();

@@ -72,9 +72,8 @@ test('c: two students play: the class, its code, a seat on each device', async (
   const teacher = await visitor();
   await teacher.open('Race');
   await teacher.click(button(teacher.page, 'Class'));
-  await button(teacher.page, 'Show the board').waitFor();
+  await teacher.page.locator('.joining .letters').waitFor();
   const code = new URL(teacher.page.url()).hash.replace('#class=', '');
-  await teacher.click(button(teacher.page, 'Show the board'));
   for (const player of ['A', 'B']) {
     const { page, click, end } = await visitor({ width: 390, height: 844, hasTouch: true });
     await page.getByLabel('Code of a class').fill(code);

@@ -1,28 +1,42 @@
-// The question of a class: choices to vote, and after the lock how many chose what.
+// The question of a class: choices to vote; after the lock how many chose what; and what explains it.
 import { html, nothing, svg } from '../../vendor/lit-html.js';
-import { choiceOf, lessonOf, questionOf } from './lesson.js';
+import { amountOf, choiceOf, lessonOf, questionOf, saidOf, sayOf, whyOf } from './lesson.js';
 import { me, now } from './state.js';
-import { t } from '../base/words.js';
+import { rich, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('./lesson.js').Lesson} Lesson */
 
 /** Votes are open. */
 export const isOpen = () => now.value?.phase === 'predict' && now.value.question !== null;
 
-/** @param {(choice: number) => void} vote @returns {Template | typeof nothing} */
+/** How many members there are to answer, as far as the class knows. */
+export const allOf = () => Math.max(now.value?.n ?? 0, now.value?.votes ?? 0);
+
+/** @returns {Template} */
+export const answered = () => html`${rich('class.answered', { n: html`<b>${now.value?.votes ?? 0}</b>`, all: allOf() })}`;
+
+const LONG = 95,
+  MIDDLE = 55; /* characters of a question that are set smaller */
+
+/** What is asked, in the largest letters that have room. @returns {Template} */
+export function asked() {
+  const text = questionOf(lessonOf(now.value?.question?.lesson ?? now.value?.lesson ?? '')),
+    size = text.length > LONG ? 'small' : text.length > MIDDLE ? 'middle' : 'large';
+  return html`<h2 class="asked" data-size=${size}>${text}</h2>`;
+}
+
+/** @param {(choice: number) => void} vote @returns {Template} */
 export function ballot(vote) {
-  const question = now.value?.question ?? null;
-  if (!isOpen() || question === null) return nothing;
-  const lesson = lessonOf(question.lesson),
-    mine = me.value?.choice ?? -1,
-    message = mine < 0 ? t('class.choose_one') : t('class.sent', { choice: choiceOf(lesson, mine) });
-  return html`<section class="ask" aria-label=${t('class.question')}><fieldset class="answers"><legend>${questionOf(lesson)}</legend>
+  const { question = null } = now.value ?? {},
+    lesson = lessonOf(question?.lesson ?? ''),
+    mine = me.value?.choice ?? -1;
+  return html`<fieldset class="answers"><legend class="unseen">${questionOf(lesson)}</legend>
     ${Array.from(
-      { length: question.choices },
+      { length: question?.choices ?? 0 },
       (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
       @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
-    )}</fieldset>
-    <p role="status">${message} ${t('class.may_change')}</p></section>`;
+    )}</fieldset>`;
 }
 
 /** In one sentence, for who does not see the bars. @param {number[]} tally @param {(choice: number) => string} name */
@@ -41,20 +55,53 @@ const bar = (share) =>
 /** Bars of the votes; the right choice is marked only when it is explained. @returns {Template | typeof nothing} */
 export function results() {
   const state = now.value;
-  if (!state?.question || state.tally === null || state.phase === 'lobby') return nothing;
+  if (!state?.question || state.tally === null) return nothing;
   const { tally, question } = state,
     lesson = lessonOf(question.lesson),
-    all = Math.max(
-      1,
-      tally.reduce((a, b) => a + b, 0),
-    ),
-    explained = state.phase === 'explain';
-  const remark = (/** @type {number} */ i) =>
-    (me.value?.choice === i ? t('class.yours') : '') + (explained && lesson?.choices[i]?.right ? ` ${t('class.right')}` : '');
-  return html`<section class="tally" aria-label=${t('class.votes')}><p role="status">${sentence(tally, (i) => choiceOf(lesson, i))}</p>
-    <ol>${tally.map(
-      (votes, i) => html`<li><span>${choiceOf(lesson, i)}</span>
-      ${bar((100 * votes) / all)}
-      <b>${votes}</b><span class="why">${remark(i)}</span></li>`,
-    )}</ol></section>`;
+    most = Math.max(1, ...tally),
+    explained = state.phase === 'explain' || state.phase === 'change';
+  const row = (/** @type {number} */ votes, /** @type {number} */ i) => {
+    const right = explained && lesson?.choices[i]?.right === true;
+    return html`<li data-right=${right}><span>${choiceOf(lesson, i)}</span>${bar((100 * votes) / most)}<b>${votes}</b><span
+      class="remark">${me.value?.choice === i ? html`<i>${t('class.yours')}</i> ` : nothing}${
+        right ? html`<em>${t('class.right')}</em>` : nothing
+      }</span></li>`;
+  };
+  return html`<section class="tally" aria-label=${t('class.votes')}><p role="status"
+    class="unseen">${sentence(tally, (i) => saidOf(lesson, i))}</p>
+    <h2>${t('class.answers')}<span>${t('class.of', { n: state.votes, all: allOf() })}</span></h2>
+    <ol>${tally.map(row)}</ol></section>`;
+}
+
+/** What the lesson measures, in yellow. @param {Lesson} lesson @returns {Template} */
+export function measured(lesson) {
+  const right = lesson.choices.findIndex((one) => one.right),
+    named = lesson.choices[right]?.label ? `${saidOf(lesson, right)}: ` : '';
+  return html`<p class="measured"><span>${t('class.was')}</span> <b>${named}${amountOf(lesson.answer)}</b></p>`;
+}
+
+/** The number without and with the change. @param {Lesson} lesson @returns {Template} */
+export const compared = (lesson) => html`<dl class="compared"><div><dt>${t('class.before')}</dt><dd>${amountOf(lesson.answer)}</dd></div>
+    <div class="after"><dt>${t('class.after')}</dt><dd>${amountOf(lesson.change.answer)}</dd></div></dl>`;
+
+/** The wrong choice that most have taken; -1: none. @param {Lesson} lesson @param {number[]} tally */
+function mostWrong({ choices }, tally) {
+  const wrong = tally.map((votes, i) => (choices[i]?.right ? 0 : votes)),
+    most = Math.max(0, ...wrong);
+  return most === 0 ? -1 : wrong.indexOf(most);
+}
+
+/** The lesson's sentence, and the reason of the most chosen wrong answer, or of this member's own. @param {Lesson} lesson
+ * @returns {Template} */
+export function explained(lesson) {
+  const tally = now.value?.tally ?? [],
+    mine = me.value?.choice ?? null,
+    wrong = mostWrong(lesson, tally),
+    about = mine ?? (me.value === null ? wrong : -1);
+  const who = () =>
+    mine === null
+      ? t('class.said_most', { n: tally[about] ?? 0, choice: saidOf(lesson, about) })
+      : t('class.you_said', { choice: saidOf(lesson, mine) });
+  return html`<p>${sayOf(lesson, 'explain')}</p>
+    ${about < 0 ? nothing : html`<p class="reasoned"><b>${who()}</b> ${whyOf(lesson, about)}</p>`}`;
 }

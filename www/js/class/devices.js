@@ -46,12 +46,12 @@ function about(device) {
 /** @param {Device} device @returns {Template} */
 function chip(device) {
   const is = chosen.value === device.number;
-  return html`<li><button type="button" class="device" data-here=${device.connected} aria-expanded=${is} aria-label=${about(device)}
+  return html`<li><button type="button" class="device" data-here=${device.connected} aria-expanded=${is}
     title=${about(device)} @click=${() => {
       chosen.value = is ? 0 : device.number;
-    }}>${device.player === null ? nothing : mark(device.player)}<b>${device.number}</b>${
-      alike(device) > 1 ? html`<small>${device.group}</small>` : nothing
-    }</button></li>`;
+    }}><span class="unseen">${about(device)}</span><span aria-hidden="true">${device.player === null ? nothing : mark(device.player)}<b>${
+      device.number
+    }</b>${alike(device) > 1 ? html`<small>${device.group}</small>` : nothing}</span></button></li>`;
 }
 
 /** What the press of a chip asks before it is done. @param {Device} device @returns {Template} */

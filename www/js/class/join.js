@@ -2,6 +2,7 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { letter } from '../base/format.js';
 import { mark } from '../workbench/player_mark.js';
+import { isOpen } from './ask.js';
 import { join } from './member.js';
 import { isFree, stateOf } from './seats.js';
 import { me, now, out, part, room, shows, told } from './state.js';
@@ -45,7 +46,8 @@ function parts() {
   const seats = now.value?.seats ?? [],
     board = now.value?.board ?? null;
   if (now.value?.door === 'closed' && part.value === '') return html`<p class="reason">${t('class.door_shut')}</p>`;
-  return html`<p>${seats.length > 0 ? t('class.no_account_play') : t('class.no_account')}</p>
+  return html`${isOpen() ? html`<p class="open" role="status">${t('class.open_now')}</p>` : nothing}
+    <p>${seats.length > 0 ? t('class.no_account_play') : t('class.no_account')}</p>
     <div class="parts">${seats.map(seatButton)}
     <button type="button" class="part" aria-describedby="class-watch" @click=${() => join('watch')}><b>${t('class.watch')}</b></button>
     <p class="why" id="class-watch">${t('class.watch_tip')}</p>

@@ -7,7 +7,7 @@ import { send, show } from '../session/session.js';
 import { place, session } from '../session/state.js';
 import { isOpen } from './ask.js';
 import { keepClass, kept } from './kept.js';
-import { me, now, out, part, reason, room, say, secret, shows } from './state.js';
+import { me, now, out, part, reason, room, say, secret, shows, staged } from './state.js';
 import { t } from '../base/words.js';
 
 const VIEWER_HZ = 10 /* thirty of them are to fit in 2 Mbit/s */,
@@ -100,7 +100,7 @@ effect(() => {
   const frozen = now.value?.frozen === true;
   const why = frozen ? t('class.frozen') : want.seat === null ? '' : t('class.board_tip');
   untracked(() => {
-    const next = { at: `#class=${room.peek()?.code}`, hz: want.hz, seat: want.seat, reason: why, frozen };
+    const next = { at: `#class=${room.peek()?.code}`, hz: want.hz, seat: want.seat, reason: why, frozen, staged: staged.value };
     if (JSON.stringify(next) !== JSON.stringify(place.peek())) place.value = next; /* the state comes twice a second */
     const shown = session.peek();
     if (shown?.id !== want.id || shown.key !== want.key) show(want.id, want.key, false, undefined, () => {});

@@ -3,20 +3,22 @@ import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make, styleSheet } from '../base/api.js';
 import { touch } from '../draw/redraw.js';
-import { keyOf } from '../session/opening.js';
+import { keep, keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
-import { again, show } from '../session/session.js';
-import { connection, notify, place, session } from '../session/state.js';
+import { again, show, showBoard } from '../session/session.js';
+import { camera, connection, notify, picked, place, session } from '../session/state.js';
 import { patience } from '../stream/connection.js';
-import { isOpen } from './ask.js';
 import { joinView, tidy } from './join.js';
 import { forgetClass, kept } from './kept.js';
+import { lessonOf, lessons, point, readLesson, readLessons } from './lesson.js';
 import { Line } from './line.js';
-import { lobby, teacherStrip } from './lobby.js';
 import { begin as attend, isRemoved, take } from './member.js';
-import { attempt, devices, me, now, out, part, reason, room, say, secret, shows, told } from './state.js';
-import { memberStrip } from './strip.js';
-import { begin as lead, putBoard } from './teacher.js';
+import { draw as drawMenu } from './menu.js';
+import { phone } from './phone.js';
+import { pick, release } from './picture.js';
+import { aboveWorkbench, stage } from './stage.js';
+import { attempt, devices, driving, me, now, out, part, reason, room, say, secret, shows, staged, told } from './state.js';
+import { boardOf, begin as lead, prepare, putBoard, questionOf } from './teacher.js';
 import { need, t } from '../base/words.js';
 
 const root = document.createElement('div');
@@ -27,16 +29,16 @@ let line = null;
 
 /** Which of the views is shown; empty: no class. */
 function view() {
-  if (part.value === 'teacher') return shows.value === 'lobby' ? 'lobby' : 'teach';
+  if (part.value === 'teacher') return shows.value === 'stage' ? 'stage' : 'teach';
   if (part.value === 'member' && shows.value !== 'choose') return 'member';
   return place.value.at === '' ? '' : 'join';
 }
 
 function template() {
   const name = view();
-  if (name === 'lobby') return lobby();
-  if (name === 'teach') return teacherStrip();
-  if (name === 'member') return memberStrip();
+  if (name === 'stage') return stage();
+  if (name === 'teach') return aboveWorkbench();
+  if (name === 'member') return phone();
   return name === 'join' ? joinView(find) : nothing;
 }
 
@@ -49,25 +51,46 @@ function mark() {
     if (value === false) delete dataset[key];
     else dataset[key] = value;
   };
+  const views = staged.value;
   put('class', name !== '' && name);
-  put('seat', name === 'member' && shows.value === 'board' && mine?.role === 'play' && String(mine.player));
+  put('phase', views && (now.value?.phase ?? 'lobby'));
+  put('seat', name === 'member' && shows.value === 'board' && driving.value && mine?.role === 'play' && String(mine.player));
   put('copy', name === 'member' && shows.value === 'copy' && 'yes');
-  put('vote', name === 'member' && isOpen() && 'yes');
   touch(); /* other rows may be shown now */
   put('lost', part.value !== '' && (attempt.value > 0 || connection.value.state === 'lost') && 'yes');
 }
+
+/** Another tab of this browser has joined: this one is the same member. @param {StorageEvent} event */
+function follow({ key }) {
+  const at = room.peek();
+  if (key === 'laglab.members' && at !== null && part.peek() === '' && !out.peek()) resume(at.id, '').catch(() => {});
+}
+
+/** Who drives, or watches who does, sees the cars and not the whole track. */
+const CLOSE = { m: 45, narrow_m: 24 };
 
 let begun = false;
 async function begin() {
   if (begun) return;
   begun = true;
-  await Promise.all([need('class'), styleSheet('class')]);
+  await Promise.all([need('class'), need('lesson'), styleSheet('class')]);
   document.body.prepend(root);
+  addEventListener('storage', follow);
   new ResizeObserver(touch).observe(root); /* what stands below has another height then */
   effect(() => {
     render(html`${template()}`, root);
   });
   effect(mark);
+  effect(() => drawMenu(root));
+  effect(() => {
+    const views = staged.value,
+      { lesson = '', phase = '' } = now.value ?? {},
+      of = part.value === '' ? null : lessonOf(lesson);
+    place.value = { ...place.peek(), staged: views };
+    point(views ? of : null, phase);
+    if (views && driving.value && part.value === 'member') camera.value = CLOSE;
+    picked.value = views ? pick(of, phase, driving.value ? (me.value?.player ?? null) : null) : release;
+  });
   effect(() => {
     const key = secret.value;
     line?.auth(key);
@@ -136,26 +159,44 @@ function listen({ id, code, join, state }, key) {
 /** Whether a class is being opened: the button stays there meanwhile. */
 let opening = false;
 
-/** Opens a class whose board is the session that is shown. */
-export async function teach() {
+/** The board of a new class: the session that is shown, or the scene of a lesson, whose question is prepared.
+ * @param {{id: string, teacher_key: string}} made @param {import('./lesson.js').Lesson | null} lesson @returns {Promise<string>} its id */
+async function firstBoard({ id, teacher_key: key }, lesson) {
+  if (lesson === null) {
+    const shown = /** @type {import('../session/state.js').Session} */ (session.peek());
+    await putBoard(id, key, shown);
+    await call('POST', `sessions/${shown.id}/control`, { body: { op: 'pause' }, key: shown.key }).catch(
+      () => {},
+    ); /* it waits for the class */
+    return shown.id;
+  }
+  const board = await call('PUT', `classes/${id}/board`, { body: boardOf(lesson), key });
+  keep(board.id, board.owner_key, false);
+  await prepare(lesson, board.id, board.owner_key);
+  await call('PATCH', `classes/${id}`, { body: questionOf(lesson), key });
+  return board.id;
+}
+
+/** Opens a class. @param {string | null} wish the lesson that it is asked, empty for the first; null: its board is the session that is
+ * shown */
+export async function teach(wish) {
   if (opening) return;
   opening = true;
   let made = null;
   try {
-    await need('class'); /* before a word is said */
-    const shown = session.peek();
-    if (shown === null || shown.key === '') {
+    await Promise.all([need('class'), readLessons()]); /* before a word is said */
+    const lesson = wish === null ? null : await readLesson(wish || (lessons.value[0]?.id ?? '')),
+      shown = session.peek();
+    if (lesson === null && (shown === null || shown.key === '')) {
       notify(t('class.needs_own'));
       return;
     }
     made = await make('classes', {});
-    await putBoard(made.id, made.teacher_key, shown);
-    await call('POST', `sessions/${shown.id}/control`, { body: { op: 'pause' }, key: shown.key }).catch(
-      () => {},
-    ); /* it waits for the class */
+    const board = await firstBoard(made, lesson);
     await begin();
+    if (lesson !== null) showBoard(board, made.teacher_key);
     listen(made, made.teacher_key);
-    lead(made.teacher_key, 'lobby', shown.id);
+    lead(made.teacher_key, 'stage', board);
     showAddress();
   } catch (error) {
     if (made !== null) call('DELETE', `classes/${made.id}`, { key: made.teacher_key }).catch(() => {}); /* its key was not kept */
@@ -173,7 +214,7 @@ const passes = (error) => !(error instanceof Problem) || [502, 503, 504].include
 async function resume(id, key) {
   const old = kept(id);
   if (key !== '' || old?.teacher) {
-    lead(key || (old?.secret ?? ''), old?.shows === 'board' ? 'board' : 'lobby');
+    lead(key || (old?.secret ?? ''), old?.shows === 'workbench' ? 'workbench' : 'stage');
     if (now.peek()?.board === null) again(); /* what was shown is gone: another one, from the address */
     return;
   }

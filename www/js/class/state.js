@@ -1,5 +1,5 @@
 // What the page knows of its class, as signals.
-import { signal } from '../../vendor/signals-core.js';
+import { computed, signal } from '../../vendor/signals-core.js';
 import { notify } from '../session/state.js';
 import { t } from '../base/words.js';
 
@@ -29,9 +29,15 @@ export const me = signal(null);
 export const devices = signal({ most: 0, members: [] });
 /** The teacher has removed this device. */
 export const out = signal(false);
-/** What is shown: to the teacher lobby or board, to a member the choice of a part, the board or its copy.
- * @type {import('@preact/signals-core').Signal<'choose' | 'lobby' | 'board' | 'copy'>} */
+/** What is shown: to the teacher the stage of the phase, or the board with all its controls; to a member the choice of a part, the board or
+ * its copy. @type {import('@preact/signals-core').Signal<'choose' | 'stage' | 'workbench' | 'board' | 'copy'>} */
 export const shows = signal('choose');
+/** The page is a stage: drawings of the board with the words of the phase around them. */
+export const staged = computed(
+  () => (part.value === 'teacher' && shows.value === 'stage') || (part.value === 'member' && shows.value === 'board'),
+);
+/** Who holds a seat drives now: a lesson shows what its script does. */
+export const driving = computed(() => now.value !== null && (now.value.lesson === '' || now.value.phase === 'free'));
 /** Attempts to reach the class since its stream was lost; 0 while it is open. */
 export const attempt = signal(0);
 /** What a person must read where the page's own notes are hidden. */

@@ -3,12 +3,13 @@ import { effect, signal, untracked } from '../../vendor/signals-core.js';
 import { call } from '../base/api.js';
 import { keep, keyOf } from '../session/opening.js';
 import { show } from '../session/session.js';
-import { place, session } from '../session/state.js';
-import { control } from '../session/time.js';
+import { params, place, session } from '../session/state.js';
 import { keepClass } from './kept.js';
-import { readLesson, readLessons } from './lesson.js';
+import { lessons, readLesson, readLessons } from './lesson.js';
 import { now, part, reason, room, say, secret, shows } from './state.js';
-import { t } from '../base/words.js';
+import { language, t } from '../base/words.js';
+
+/** @typedef {import('./lesson.js').Lesson} Lesson */
 
 /** Of the next question that is not one of a lesson. */
 export const choices = signal(4);
@@ -61,37 +62,99 @@ function move(id) {
 }
 
 /** The next phase. To predict once more is a new question, but for a lesson's, which keeps its votes. @param {string} name */
-export function phase(name) {
+export async function phase(name) {
   const state = now.peek();
   if (state === null) return;
+  const { lesson: id, step, question, phase: last } = state,
+    lesson = id === '' ? null : await readLesson(id);
+  if (name === 'explain' && lesson !== null) await stand(lesson.stop_tick);
+  if (name === 'change' && lesson !== null) return change(lesson);
   if (name !== 'predict') return set({ phase: name });
-  const { lesson, step, question, phase: last } = state;
-  if (lesson !== '' && question !== null && question.lesson === lesson) return set({ phase: name, choices: question.choices });
-  if (lesson !== '') return readLesson(lesson).then((found) => set({ phase: name, choices: found?.choices.length ?? choices.peek() }));
-  const asked = question !== null && question.lesson === '' && question.step === step && last !== 'predict';
+  if (lesson !== null) return set({ phase: name, choices: lesson.choices.length });
+  if (id !== '' && question?.lesson === id) return set({ phase: name, choices: question.choices });
+  const asked = id === '' && question?.lesson === '' && question.step === step && last !== 'predict';
   return set({ phase: name, choices: choices.peek(), step: asked ? Math.min(999, step + 1) : step });
 }
 
-/** Shows the scene of a lesson and prepares its question; empty for a question that the teacher asks aloud. @param {string} id */
-export async function choose(id) {
+/** The board stands at the lesson's stop: what is explained is seen there. @param {number} tick */
+async function stand(tick) {
+  const { status, tick: at } = /** @type {import('./state.js').State} */ (now.peek());
+  if (at === tick && status !== 'playing') return;
+  const shown = session.peek();
+  if (shown === null) return;
+  for (const op of [{ op: 'pause' }, { op: 'seek', tick }])
+    await tried(() => call('POST', `sessions/${shown.id}/control`, { body: op, key: shown.key }));
+}
+
+/** What a request for a lesson's board says. @param {Lesson} lesson @param {Record<string, unknown>} [changed] */
+export const boardOf = ({ scenario, set: given, seed, workload }, changed = {}) => ({
+  scenario,
+  set: { ...given, ...changed },
+  seed,
+  ...(workload ? { workload } : {}),
+});
+
+/** A lesson's board at its start, at its speed. @param {Lesson} lesson @param {string} board @param {string} key */
+export async function prepare({ speed, start_tick = 0 }, board, key) {
+  for (const body of [{ op: 'speed', speed }, ...(start_tick > 0 ? [{ op: 'seek', tick: start_tick }] : [])])
+    await call('POST', `sessions/${board}/control`, { body, key });
+}
+
+/** Another session on the board, which plays at the lesson's speed. @param {Lesson} lesson @param {Record<string, unknown>} [changed]
+ * @returns {Promise<boolean>} whether it is there, and nothing was chosen meanwhile */
+async function renew(lesson, changed) {
+  const mine = ++turn;
+  const made = await ask('PUT', '/board', boardOf(lesson, changed));
+  if (made === null) return false;
+  keep(made.id, made.owner_key, false);
+  if (mine !== turn) {
+    left.add(made.id);
+    return false;
+  }
+  follow(made.id);
+  await tried(() => prepare(lesson, made.id, made.owner_key));
+  return mine === turn;
+}
+
+/** Runs a lesson once more, with its change. @param {Lesson} lesson */
+async function change(lesson) {
+  const { set: changed } = lesson.change,
+    hz = Number(params.peek()?.hz ?? 0),
+    wanted = Number(changed.hz ?? hz),
+    stop = hz > 0 ? Math.round((lesson.stop_tick * wanted) / hz) : lesson.stop_tick;
+  if (await renew(lesson, changed)) await set({ phase: 'change', stop_tick: stop });
+}
+
+/** Shows the scene of a lesson and prepares its question; empty for a question that the teacher asks aloud. @param {string} id
+ * @param {boolean} [at_once] whether it is asked */
+export async function choose(id, at_once = false) {
   const asked = ++questions;
   const lesson = id === '' ? null : await readLesson(id);
   if (asked !== questions) return;
   if (lesson === null) return set({ lesson: '', phase: 'lobby', stop_tick: 0 });
-  const mine = ++turn;
-  const { scenario, set: settings, seed, workload } = lesson;
-  const made = await ask('PUT', '/board', { scenario, set: settings, seed, ...(workload ? { workload } : {}) });
-  if (made === null) return;
-  keep(made.id, made.owner_key, false);
-  if (mine !== turn) {
-    left.add(made.id);
-    return;
-  }
-  follow(made.id);
-  if (asked !== questions) return;
-  await control({ op: 'speed', speed: lesson.speed });
-  if (lesson.start_tick) await control({ op: 'seek', tick: lesson.start_tick });
-  await set({ lesson: id, step: 0, stop_tick: lesson.stop_tick, phase: 'lobby' });
+  if (!(await renew(lesson)) || asked !== questions) return;
+  await set({ ...questionOf(lesson), ...(at_once ? { phase: 'predict', choices: lesson.choices.length } : { phase: 'lobby' }) });
+}
+
+/** What the class knows of a lesson. @param {Lesson} lesson */
+export const questionOf = ({ id, stop_tick }) => ({ lesson: id, step: 0, stop_tick });
+
+/** What comes next, by the phase: the words of the button, and what it does.
+ * @returns {{says: string, values?: Record<string, unknown>, act: () => unknown}} */
+export function next() {
+  const { phase: at = 'lobby', lesson = '' } = now.value ?? {};
+  const to = (/** @type {string} */ name, says = `class.next.${name}`) => ({ says, act: () => phase(name) });
+  if (at === 'lobby') return to('predict');
+  if (at === 'predict') return to('locked');
+  if (at === 'locked') return to('run');
+  if (at === 'run' || at === 'stopped') return to('explain');
+  if (lesson === '') return to('predict', 'class.next.again');
+  if (at === 'explain') return to('change');
+  const following = lessons.value[lessons.value.findIndex(({ id }) => id === lesson) + 1];
+  if (!following) return at === 'free' ? to('lobby') : to('free');
+  const question = () => choose(following.id, true);
+  if (following.order > 99) return { says: 'class.next.lesson', values: { title: following.title[language.value] }, act: question };
+  return { says: 'class.next.question', values: { n: following.order }, act: question };
 }
 
 export const end = () => ask('DELETE', '');
@@ -110,7 +173,7 @@ function put(shown) {
   return tried(() => putBoard(room.peek()?.id ?? '', secret.peek(), shown));
 }
 
-/** From now on this page is the teacher's. @param {string} key @param {'lobby' | 'board'} first
+/** From now on this page is the teacher's. @param {string} key @param {'stage' | 'workbench'} first
  * @param {string} [shown] the board, where it is not what the page shows */
 export function begin(key, first, shown = session.peek()?.id ?? '') {
   const at = `#class=${room.peek()?.code}`;

@@ -81,20 +81,6 @@ function scenes(found) {
   })}`;
 }
 
-/** To the class of the code that was typed: its part of the page is read there. @param {SubmitEvent} event */
-function join(event) {
-  event.preventDefault();
-  const field = /** @type {HTMLInputElement} */ (/** @type {HTMLFormElement} */ (event.target).elements.namedItem('code'));
-  location.hash = `#class=${encodeURIComponent(field.value.replace(/\s/g, '').toUpperCase())}`;
-}
-
-/** @returns {Template} */
-function joining() {
-  return html`<form class="joining" @submit=${join}><label for="door-code">${word('door.join')}</label>
-    <input id="door-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="12" required>
-    <button>${word('door.go')}</button></form>`;
-}
-
 /** What is shown below the questions. @type {import('@preact/signals-core').Signal<'' | 'lessons' | 'scenes'>} */
 const more = signal('');
 
@@ -137,7 +123,7 @@ export function door() {
   const questions = rows.value.filter((row) => row.topic === 'questions');
   return html`<section class="questions" aria-labelledby="door-title" lang=${language.value}>
     <div class="doorhead"><h2 id="door-title">${word('door.title')}</h2><p>${word('door.lead')}</p>
-      ${joining()}${moreButton('lessons', word('door.all', { n: rows.value.length }))}${moreButton('scenes', word('door.library'))}</div>
+      ${moreButton('lessons', word('door.all', { n: rows.value.length }))}${moreButton('scenes', word('door.library'))}</div>
     <div class="shelf"><ul class="cards" aria-label=${word('topic.questions')}>${questions.map(card)}</ul>${tradeoffCard()}</div>
     <div id="door-more" class=${more.value}>${
       more.value === 'lessons' ? html`${others('paper')}${others('techniques')}` : more.value === 'scenes' ? library() : nothing

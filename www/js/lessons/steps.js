@@ -350,13 +350,13 @@ export async function stage() {
 }
 
 /** What the sentence of a step is about. @param {Lesson} of @param {number} step @returns {import('../draw/shown.js').Shows | null} */
-function shownAt(of, step) {
+export function shownAt(of, step) {
   const one = step === CHANGE ? of.shows?.change : step > RUN ? of.shows?.observe : undefined;
   return one === undefined ? null : { ...one, label: one.label ? filled(one.label, of.numbers) : '' };
 }
 
 /** What a step is about. @param {Lesson} of @param {number} step */
-function lookOf({ look: { before, ...rest }, numbers, answer }, step) {
+export function lookOf({ look: { before, ...rest }, numbers, answer }, step) {
   const changed = step === CHANGE;
   return {
     ...rest,

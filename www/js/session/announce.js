@@ -21,7 +21,7 @@ export function speak(subject, text) {
     () => {
       spoken = performance.now();
       const region = document.getElementById('live');
-      if (region) region.textContent = [...waiting.values()].join('. ');
+      if (region) region.textContent = [...waiting.values()].map((one) => one.replace(/\.$/, '')).join('. ');
       waiting.clear();
     },
     Math.max(100, spoken + REST_MS - performance.now()),

@@ -69,7 +69,7 @@
 /** What a class says of this page. at: what its address has behind #; empty for what the session says; hz: the most frames a second that
  * are asked for, 0 for as many as a lab wants; seat: the only player that may be driven, -1 for none, null for all whose session may be
  * changed; reason: why nothing else may be changed; empty where it may; frozen: not even driven; board: this page is the teacher's, shown
- * to a class.
- * @typedef {{at: string, hz: number, seat: number | null, reason: string, frozen: boolean, board?: boolean}} Place */
+ * to a class; staged: views alone, around which the class has its texts.
+ * @typedef {{at: string, hz: number, seat: number | null, reason: string, frozen: boolean, board?: boolean, staged?: boolean}} Place */
 
 export {};

@@ -154,6 +154,14 @@ export async function showForLesson(scenario, set, seed, speed, wanted, workload
   if (link.problems.length > 0) notify(problems(), true);
 }
 
+/** Shows the board of a class, in place of the list of questions or of a lesson. @param {string} id @param {string} key */
+export function showBoard(id, key) {
+  const before = session.value;
+  leaveLesson();
+  show(id, key, false);
+  drop(before);
+}
+
 /** Leaves the session for the Experiments view. @param {string} id of the experiment; empty for none */
 export function openExperiments(id) {
   const of = lesson.value === null ? null : session.value;

@@ -77,8 +77,10 @@ export const stopTick = signal(0);
 export const theme = signal(link.theme);
 /** Views and caption alone, for the back row of a room. */
 export const presenting = signal(link.present);
+/** @type {import('@preact/signals-core').Signal<import('./lab.js').Place>} */
+export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: false });
 /** The list of questions has no views. */
-export const presented = computed(() => presenting.value && lesson.value?.id !== '');
+export const presented = computed(() => (presenting.value || place.value.staged === true) && lesson.value?.id !== '');
 /** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
 
 export const status = computed(() => {
@@ -95,8 +97,9 @@ export const behind = computed(() => frame.value !== null && (frame.value.flags 
 export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
-/** @type {import('@preact/signals-core').Signal<import('./lab.js').Place>} */
-export const place = signal({ at: '', hz: 0, seat: null, reason: '', frozen: false });
+/** Of a class: hides of the page, once it is rendered, all but the drawing of the moment.
+ * @type {import('@preact/signals-core').Signal<((root: HTMLElement) => void) | null>} */
+export const picked = signal(null);
 
 /** Why nothing can be changed now; empty when it can. */
 export const locked = computed(() => {

@@ -102,16 +102,37 @@ function pace() {
     title=${t('shell.slow_tip', { hz: FRAME_HZ })}>${t('shell.slow', { hz: fixed(FRAME_HZ / divisor.value, 0) })}</span>`;
 }
 
-const openClass = () => part(() => import('../class/room.js')).then((room) => room.teach());
-const classButton = () =>
-  html`<button type="button" class="share" title=${t('shell.class_tip')} @click=${openClass}>${t('shell.class')}</button>`;
+/** Opens a class with a question: of the lesson that is shown, empty for the first; null: with the session that is shown.
+ * @param {string | null} lesson @returns {Template} */
+function classButton(lesson) {
+  const open = () => part(() => import('../class/room.js')).then((room) => room.teach(lesson));
+  return html`<button type="button" class="share askclass" title=${t('shell.class_tip')} @click=${open}>${t(
+    lesson ? 'shell.ask_class' : 'shell.class',
+  )}</button>`;
+}
+
+/** To the class of the code that was typed: its part of the page is read there. @param {SubmitEvent} event */
+function join(event) {
+  event.preventDefault();
+  const field = /** @type {HTMLInputElement} */ (/** @type {HTMLFormElement} */ (event.target).elements.namedItem('code'));
+  location.hash = `#class=${encodeURIComponent(field.value.replace(/\s/g, '').toUpperCase())}`;
+}
+
+/** @returns {Template} */
+function joining() {
+  return html`<form class="joincode" @submit=${join}><label for="join-code">${t('shell.join_code')}</label>
+    <input id="join-code" name="code" autocomplete="off" autocapitalize="characters" spellcheck="false" maxlength="12" size="5"
+      placeholder=${t('shell.code')} required><button>${t('shell.join')}</button></form>`;
+}
 
 /** @returns {Template} */
 export function header() {
   const help = html`<button type="button" class="help" aria-label=${t('shell.help')} title=${`${t('shell.help')} ( ? )`}
     @click=${() => open({ kind: 'help' })}>?</button>`;
   if (lesson.value !== null) {
-    return html`<header class="top brief"><h1>laglab</h1>${tabs()}${languages()}${help}</header>`;
+    return html`<header class="top brief"><h1>laglab</h1>${tabs()}${lesson.value.id === '' ? joining() : nothing}${classButton(
+      lesson.value.id,
+    )}${languages()}${help}</header>`;
   }
   if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${languages()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
@@ -123,7 +144,7 @@ export function header() {
       @click=${() => fork()}>${t('shell.copy')}</button></div>`
         : nothing
     }
-    ${place.value.at === '' ? classButton() : nothing}
+    ${place.value.at === '' ? classButton(null) : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button>
     ${languages()}${help}</header>`;
 }

@@ -4,7 +4,7 @@ import { effect, signal } from '../../vendor/signals-core.js';
 import { part } from '../base/api.js';
 import { lab } from '../session/labs.js';
 import { link } from '../session/opening.js';
-import { experiment, lesson, notice, presented } from '../session/state.js';
+import { experiment, lesson, notice, picked, place, presented } from '../session/state.js';
 import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
@@ -34,6 +34,7 @@ if (link.embed)
 function page() {
   const empty = html`<main id="views" tabindex="-1"><div class="reading"><p>laglab</p></div></main>`;
   const content = lab.value?.template() ?? empty;
+  if (place.value.staged) return html`${content}${notes()}`;
   if (lesson.value?.id === '') return html`${header()}${content}${notes()}`;
   if (link.embed) return embedded.value?.((lesson.value && lessons.value?.page(content)) || content) ?? empty;
   const caption = presented.value ? presentation.value?.caption() : undefined;
@@ -51,6 +52,7 @@ export function listen() {
     sync(root);
     lab.value?.rendered?.();
     if (lesson.value) lessons.value?.light(root);
+    picked.value?.(root);
     touch();
   });
 }

@@ -16,8 +16,18 @@ import { lessons } from './lessons.js';
 
 /** At 1080 px, and the least, px. @type {Record<string, [number, number]>} */
 const SIZES = { '--draw-text': [36, 13], '--draw-axis': [26, 11], '--draw-line': [4.2, 2], '--draw-marker': [44, 20], '--base': [40, 17] };
+/** The same around drawings that are a part of the page, as in a class. @type {typeof SIZES} */
+const STAGED = {
+  ...SIZES,
+  '--draw-text': [28, 13],
+  '--draw-axis': [26, 13],
+  '--draw-line': [3.4, 2],
+  '--draw-marker': [36, 20],
+  '--base': [30, 15],
+};
 const HIGH = 1080,
-  WIDE = 1500; /* px: a narrower screen has smaller type */
+  WIDE = 1500 /* px: a narrower screen has smaller type */,
+  FULL = 1920;
 
 /** The style is there: importers wait for it. */
 export const ready = styleSheet('present');
@@ -25,10 +35,11 @@ export const ready = styleSheet('present');
 function scale() {
   const { style, dataset } = document.documentElement,
     on = presented.peek();
-  const part = Math.min(innerHeight / HIGH, innerWidth / WIDE);
+  const staged = place.peek().staged === true,
+    part = Math.min(innerHeight / HIGH, innerWidth / (staged ? FULL : WIDE));
   if (on) dataset.present = 'yes';
   else delete dataset.present;
-  for (const [name, [size, least]] of Object.entries(SIZES)) {
+  for (const [name, [size, least]] of Object.entries(staged ? STAGED : SIZES)) {
     if (on) style.setProperty(name, `${Math.max(least, size * part).toFixed(1)}${name === '--base' ? 'px' : ''}`);
     else style.removeProperty(name);
   }
@@ -89,5 +100,6 @@ effect(() => {
 addEventListener('resize', scale);
 effect(() => {
   presented.value;
+  place.value.staged;
   scale();
 });

@@ -10,15 +10,17 @@ import { layout } from '../core/layout.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 
 /** @param {number} player @param {import('./drive.js').Push} way @param {string} key of its words @param {Template} icon
- * @returns {Template} */
-function pad(player, way, key, icon) {
+ * @param {string} [word] below it @returns {Template} */
+function pad(player, way, key, icon, word = '') {
   const down = (/** @type {PointerEvent} */ event) => {
     /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);
     push(player, way, true);
   };
   const up = () => push(player, way, false);
   return html`<button type="button" class="pad" aria-label=${t(key, { name: nameOf(player) })} ?disabled=${!mayDrive(player)}
-    @pointerdown=${down} @pointerup=${up} @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
+    @pointerdown=${down} @pointerup=${up} @pointercancel=${up} @lostpointercapture=${up}>${icon}${
+      word === '' ? nothing : html`<span>${word}</span>`
+    }</button>`;
 }
 
 /** @param {number} player @returns {Template | typeof nothing} */
@@ -35,6 +37,6 @@ export function pads(player) {
       ${pad(player, 'down', 'netgame.pad.down', icons.down)}${pad(player, 'ahead', 'netgame.pad.right', icons.right)}</div>`;
   }
   return html`<div class="pads" data-player=${player % 8}>
-    ${pad(player, 'back', 'netgame.pad.brake', icons.left)}
-    ${pad(player, 'ahead', 'netgame.pad.throttle', icons.right)}</div>`;
+    ${pad(player, 'back', 'netgame.pad.brake', icons.left, t('netgame.pad.brake_word'))}
+    ${pad(player, 'ahead', 'netgame.pad.throttle', icons.right, t('netgame.pad.throttle_word'))}</div>`;
 }
