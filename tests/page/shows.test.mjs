@@ -29,8 +29,6 @@ const OPEN = new Set([
   'only_changes change',
   'straight_shell observe',
   'straight_shell change',
-  'vanishing_smoke observe',
-  'vanishing_smoke change',
 ]);
 /** Of the default tier. */
 const SOME = ['late_answer'];

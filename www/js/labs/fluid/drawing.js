@@ -1,6 +1,7 @@
 // Draws a fluid: its field as an image of cells, its points, and the legend of the colours.
 import { localized } from '../../base/format.js';
 import { drawText, widthOf } from '../../draw/marks.js';
+import { place, shows } from '../../draw/shown.js';
 import { css, isDark, mapsOf } from './colours.js';
 import { drawRelief } from './relief.js';
 
@@ -13,8 +14,10 @@ import { drawRelief } from './relief.js';
  * @typedef
  *  {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
  *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string,
- * still: boolean}} Shown still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the
+ * still: boolean, first?: Field | null}} Shown first: of a lesson's first run; still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the
  * drawing */
+
+const EMPTY = 255; /* the byte of a cell without fluid */
 
 /** One for each size: fluids side by side may have several.
  * @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
@@ -218,6 +221,40 @@ function stripOf(map) {
   return canvas;
 }
 
+/** The largest value of a field. @param {Field} field */
+function peakOf({ low, high, bytes }) {
+  let most = 0;
+  for (const byte of bytes) if (byte < EMPTY && byte > most) most = byte;
+  return low + (most / (EMPTY - 1)) * (high - low);
+}
+
+/** Where on the legend the densest cell is, for a lesson: `densest`, `densest.first` in the first run, and `full` at its end.
+ * @param {CanvasRenderingContext2D} on @param {Palette} colours @param {Shown} of @param {(value: number) => number} x px
+ * @param {number} top of the legend */
+function densest(on, colours, of, x, top) {
+  const now = shows.value;
+  if (!of.field || now === null) return;
+  const values = { densest: peakOf(of.field), 'densest.first': of.first ? peakOf(of.first) : NaN, full: of.scale?.range()[1] ?? 1 };
+  for (const [name, value] of Object.entries(values))
+    if (Number.isFinite(value)) place(on.canvas, name, x(value), top + colours.text / 2, 100 * value);
+  const [from, to] = [now.from, now.to].map((name) => x(values[/** @type {keyof values} */ (name)] ?? NaN)),
+    level = top - colours.text;
+  on.fillStyle = colours.mark;
+  on.fillRect(Math.min(from, to), level - 7, Math.abs(to - from), 14);
+  on.strokeStyle = colours.markLine;
+  on.lineWidth = 2.5;
+  on.setLineDash([]);
+  on.beginPath();
+  for (const end of [from, to]) {
+    on.moveTo(end, level - 12);
+    on.lineTo(end, top + colours.text);
+  }
+  on.moveTo(from, level);
+  on.lineTo(to, level);
+  on.stroke();
+  drawText(on, colours, now.label, (from + to) / 2, level - colours.text * 1.3, { align: 'center', bold: true, colour: colours.markText });
+}
+
 /** The legend of the colours, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
  * @param {Uint32Array} map @param {Shown} of @param {{left: number, right: number, bottom: number}} box */
 function legend(on, colours, map, of, box) {
@@ -230,6 +267,7 @@ function legend(on, colours, map, of, box) {
   drawText(on, colours, of.word, box.left, top + text * 0.5, { bold: true });
   const width = right - left;
   if (width < 6 * text) return;
+  if (shows.value?.view === on.canvas.id) densest(on, colours, of, (value) => left + ((value - low) / (high - low)) * width, top);
   on.imageSmoothingEnabled = true;
   on.drawImage(stripOf(map), left, top, width, text);
   on.strokeStyle = colours.edge;

@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../vendor/lit-html.js';
 import { effect, signal } from '../../../vendor/signals-core.js';
 import { fixed, short } from '../../base/format.js';
-import { frame as shownFrame, locked, session } from '../../session/state.js';
+import { firstRun, frame as shownFrame, locked, look, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn, touch } from '../../draw/redraw.js';
@@ -309,6 +309,7 @@ function drawOne(frame, now, i, colours, still) {
       drawScene(surface, colours, {
         view: of.view,
         field: now.field,
+        first: look.value?.step === 5 && firstRun.value !== null ? (fluidsOf(firstRun.value)[i]?.field ?? null) : null,
         points,
         ...coloured(now, i, frame.seq),
         water: isWater(now, i),
