@@ -242,8 +242,17 @@ export async function go(step) {
   settle(step);
 }
 
+/** The session is on its way to a step, where the first run may be made, too. */
+let preparing = Promise.resolve(true);
+
+/** @param {Lesson} of @param {number} step */
+function prepared(of, step) {
+  preparing = prepare(of, step);
+  return preparing;
+}
+
 /** @param {Lesson} of @param {number} step @returns {Promise<boolean>} */
-async function prepared(of, step) {
+async function prepare(of, step) {
   try {
     return await place(of, step);
   } catch (error) {
@@ -255,6 +264,7 @@ async function prepared(of, step) {
 
 /** Runs to the stop; where motion is not wanted, it is there at once. */
 export async function run() {
+  await preparing;
   if (innerWidth < NARROW) document.getElementById('views')?.scrollIntoView({ block: 'start' }); /* below the steps there */
   if (matchMedia('(prefers-reduced-motion: reduce)').matches) return jump();
   await play();

@@ -14,8 +14,8 @@ import { drawRelief } from './relief.js';
  * @typedef
  *  {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
  *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string,
- * still: boolean, first?: Field | null}} Shown first: of a lesson's first run; still: no frame follows soon; word: what the colours stand for; water: they are heights of it; note: text over the
- * drawing */
+ *   still: boolean, first?: Field | null}} Shown  first: of a lesson's first run; still: no frame follows soon; word: what colours stand
+ *   for; water: they are heights of it; note: text over the drawing */
 
 const EMPTY = 255; /* the byte of a cell without fluid */
 
