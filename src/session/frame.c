@@ -321,6 +321,7 @@ char *ll_frame_hello(ll_session *s, const char *session_id, ll_frame_format form
     cJSON_AddNumberToObject(o, "duration_s", ll_to_s(ll_tick_time(s->end, s->freq)));
     add_channels(o, s->scenario.kind);
     cJSON_AddItemToObject(o, "params", ll_param_write(s->scenario.kind->table, s->config));
+    cJSON_AddNumberToObject(o, "params_version", s->params_version);
     cJSON_AddItemToObject(o, "layout", s->scenario.kind->layout(s->config));
     char *text = cJSON_PrintUnformatted(o);
     cJSON_Delete(o);

@@ -145,7 +145,9 @@ test('parameters that were read before a change do not undo it, though they come
   });
   await page.goto(`${daemon.url}?scenario=race&set=${LAG}:111`);
   await shown(page);
-  await until(async () => held === 1, 'read after the first frame');
+  const { id } = await sessionOf(page);
+  await api(daemon.url, `sessions/${id}/params`, { [LAG]: 133 }, (await keyOf(page))[id], 'PATCH');
+  await until(async () => held === 1, 'read after the change of another client');
   await setLag(page, 222);
   release();
   await refreshes(page);

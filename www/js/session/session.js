@@ -219,10 +219,10 @@ export function show(id, key, own, line, gone) {
         counts.hellos++;
         divisor.value = 1;
         const next = layoutOf(hello);
-        seen.version = -1; /* its parameters may be older than a change that was answered */
         batch(() => {
           layout.value = next;
           if (hello.params) params.value = hello.params;
+          seen.version = hello.params_version ?? -1; /* where they are older than a change that was answered, a frame says so */
           follow(frame.value === null);
         });
         ready.then(() => {
