@@ -90,12 +90,14 @@ static ll_status read_methods(const cJSON *given, ll_measurement_order *m)
     {
         char field[32];
         const char *text = cJSON_IsString(name) ? name->valuestring : "";
-        size_t used = strlen(m->methods);
+        size_t used = strlen(m->methods), length = strlen(text);
         snprintf(field, sizeof field, "methods.%d", n++);
-        if (!has_method(m->family, text) || used + strlen(text) + 2 > sizeof m->methods)
+        if (!has_method(m->family, text) || used + length + 2 > sizeof m->methods)
             return ll_field_error(LL_BAD_INPUT, field, "%s: must be a method of %s; got %.40s", field,
                                   m->family->name, *text ? text : "no name");
-        snprintf(m->methods + used, sizeof m->methods - used, "%s%s", used ? "," : "", text);
+        if (used > 0)
+            m->methods[used++] = ',';
+        memcpy(m->methods + used, text, length + 1);
     }
     return ll_ok();
 }
