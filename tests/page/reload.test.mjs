@@ -59,7 +59,7 @@ async function listen(page, base) {
 }
 
 for (const [what, at, most] of /** @type {[string, string, number][]} */ ([
-  ['the first page', '', 0],
+  ['the first page', '', 3], // the race above the questions: its session, and its pause when the page is left
   ['a race', '?scenario=race', 2],
   ['experiments', '#experiments', 6], // a session for a draft is made, measured and deleted; its scenario; a dry run
 ])) {

@@ -194,9 +194,9 @@ test('a frame lays the page out once in several, and draws what is on the screen
 });
 
 for (const [what, at, most, files] of /** @type {[string, string, number, number][]} */ ([
-  ['the first page', '', 12, 10],
+  ['the first page', '', 11, 9],
   ['a race', '#race', 11, 7],
-  ['a lesson', '#lesson=late_answer&step=1', 19 /* a run of its own is made, read and deleted */, 9],
+  ['a lesson', '#lesson=late_answer&step=1', 20 /* a run of its own is made, read and deleted */, 9],
 ])) {
   test(`the first load of ${what} needs at most ${most} requests, ${files} of files, with what follows the first frame`, async () => {
     const { page, requests, complaints, close } = await visit(browser, 'about:blank', { wait: false });
