@@ -4,13 +4,14 @@ import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { shippedRows } from '../../cmake/shipped_rows.mjs';
 import { cheapest, merged, nearest, needed, opening, pointsOf, rivalOf, tried } from '../../www/js/labs/tradeoff/rule.js';
 import { startDaemon } from '../lib/daemon.mjs';
 import { englishIn, hearCanvases, textsOn } from './german.mjs';
 import { api, axe, bytesOf, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
+import { sweep, test } from './tiers.mjs';
 
 const SHOTS = process.env.LAGLAB_SHOTS ?? ''; // a folder for images of the page
 const MEASURED = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../bench/results/tradeoff');
@@ -191,7 +192,7 @@ test('orbits: filled at once, handles by keys and by dragging, the sentence and 
   assert.equal((await paramsOf(page)).methods[0].method, second.winner.method);
   await page.goBack();
   await opened(page);
-  await page.getByRole('button', { name: 'Questions' }).click();
+  await page.getByRole('button', { name: 'Experiments' }).click();
   await settles(sessions, 1, 'the session of the lab is left alone');
   assert.deepEqual(complaints, []);
   await close();
@@ -221,31 +222,30 @@ test('every family opens on a finished answer, with a ring, and two runs that di
     await shot(page, family);
   }
   assert.equal(await page.getByText(/No runs yet|not measured|Nothing has been measured/).count(), 0);
-  await page.getByRole('button', { name: 'Questions' }).click();
+  await page.getByRole('button', { name: 'Experiments' }).click();
   await settles(sessions, before, 'runs that are left are freed');
   assert.deepEqual(complaints, []);
   await close();
 });
 
-test('ring and rival, and the planet and where it truly is, are 40 px apart on four screens', async () => {
-  for (const [width, height] of [
-    [390, 844],
-    [1024, 768],
-    [1920, 1080],
-  ]) {
+for (const [width, height] of [
+  [390, 844],
+  [1024, 768],
+  [1920, 1080],
+])
+  sweep(width < 400)(`ring and rival, and the planet and where it truly is, are 40 px apart at ${width}`, async () => {
     const { page, close } = await visit(browser, `${daemon.url}#tradeoff`, { wait: false, width, height });
     await opened(page);
     const { ring, rivalAt } = await facts(page);
-    assert.ok(apart(ring, rivalAt) >= SEEN_PX, `${width}: ${apart(ring, rivalAt)} px`);
+    assert.ok(apart(ring, rivalAt) >= SEEN_PX, `${apart(ring, rivalAt)} px`);
     await page.locator('#live-1').scrollIntoViewIfNeeded();
     await until(async () => (await facts(page)).runs[1]?.state === 'done' && (await facts(page)).runs[1].px > 0, 'the run has ended');
     const { px } = (await facts(page)).runs[1];
-    assert.ok(px >= SEEN_PX, `${width}: ${px} px`);
+    assert.ok(px >= SEEN_PX, `${px} px`);
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width);
     await shot(page, `${width}`);
     await close();
-  }
-});
+  });
 
 test('measured here: points come meanwhile, for all who look, after a reload and a restart; cancelled they are gone', async () => {
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-tradeoff-'));

@@ -1,0 +1,2 @@
+// The rest of the sweeps of tradeoff.test.mjs.
+import './tradeoff.test.mjs';
