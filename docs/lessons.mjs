@@ -217,6 +217,9 @@ export function textsOf(lesson) {
       { where: `choices.${i}.why`, text: choice.why },
       ...(choice.label ? [{ where: `choices.${i}.label`, text: choice.label }] : []),
     ]),
+    ...Object.entries(lesson.bars ?? {}).flatMap(([step, list]) =>
+      /** @type {any[]} */ (list).map(({ text }, i) => ({ where: `bars.${step}.${i}.label`, text })),
+    ),
     ...Object.entries(lesson.shows ?? {}).flatMap(([step, one]) =>
       /** @type {any} */ (one).label ? [{ where: `shows.${step}.label`, text: /** @type {any} */ (one).label }] : [],
     ),
@@ -271,6 +274,11 @@ function textProblems(lesson) {
     used.add(number);
     if (!(number in lesson.numbers)) found.push(`shows.${step}.number: ${number} is not among numbers`);
   }
+  for (const [step, list] of /** @type {[string, {number: string}[]][]} */ (Object.entries(lesson.bars ?? {})))
+    for (const { number } of list) {
+      used.add(number);
+      if (!(number in lesson.numbers)) found.push(`bars.${step}: ${number} is not among numbers`);
+    }
   for (const name of Object.keys(lesson.numbers)) if (!used.has(name)) found.push(`numbers.${name}: no text has it`);
   return found;
 }

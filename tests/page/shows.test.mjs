@@ -25,8 +25,6 @@ const OPEN = new Set([
   'figure_10 change',
   'figure_5 observe',
   'figure_5 change',
-  'only_changes observe',
-  'only_changes change',
   'straight_shell observe',
   'straight_shell change',
 ]);

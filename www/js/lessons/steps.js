@@ -9,6 +9,7 @@ import { touch } from '../draw/redraw.js';
 import { shows } from '../draw/shown.js';
 import {
   allowed,
+  bars,
   camera,
   firstRun,
   frame,
@@ -40,6 +41,7 @@ import { file, filled, ready, word } from './words.js';
  * workload?: {inputs: {tick: number, player: number, axes: number[]}[]}, start_tick?: number, line?: string[],
  * stop_tick: number, speed: number, look: {at: string, player?: number, before?: {number: string, text: Text}},
  * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
+ *   bars?: Record<'observe' | 'change', {text: Text, number: string}[]>,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number, speed?: number},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
@@ -359,6 +361,13 @@ export async function stage() {
   }
 }
 
+/** The bars of a step. @param {Lesson} of @param {number} step */
+const barsAt = (of, step) =>
+  (step === CHANGE ? of.bars?.change : step > RUN ? of.bars?.observe : undefined)?.map(({ text, number }) => ({
+    text: filled(text, of.numbers),
+    value: of.numbers[number]?.value ?? 0,
+  })) ?? [];
+
 /** What the sentence of a step is about. @param {Lesson} of @param {number} step @returns {import('../draw/shown.js').Shows | null} */
 export function shownAt(of, step) {
   const one = step === CHANGE ? of.shows?.change : step > RUN ? of.shows?.observe : undefined;
@@ -386,6 +395,7 @@ export function listen() {
       now = opened.value;
     shows.value = at === null || now === null ? null : shownAt(now, at.step);
     camera.value = at === null ? null : (now?.camera ?? null);
+    bars.value = at === null || now === null ? [] : barsAt(now, at.step);
     startTick.value = at === null || now === null ? 0 : startOf(now);
     choice.value; /* its flag */
     untracked(() => void stage());

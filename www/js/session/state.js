@@ -62,6 +62,8 @@ export const camera = signal(null);
  *   plant: (i: number) => void, step: number, line: number[]}} Staged */
 /** @type {import('@preact/signals-core').Signal<Staged | null>} */
 export const staged = signal(null);
+/** Sizes that a lesson compares as bars. @type {import('@preact/signals-core').Signal<{text: string, value: number}[]>} */
+export const bars = signal([]);
 /** The tick at which a lesson's run begins. */
 export const startTick = signal(0);
 /** The first run of a lesson at its stop, which its last step compares with.

@@ -4,7 +4,8 @@ import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
-import { camera, frame, look, params, presented, staged } from '../../../session/state.js';
+import { bars, camera, frame, look, params, presented, staged } from '../../../session/state.js';
+import { drawBars } from '../../../draw/bars.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
 import { drawShown } from '../../../draw/shown.js';
@@ -261,6 +262,14 @@ function drawFirst(now) {
   });
 }
 
+/** Sizes that a lesson compares. */
+function drawSizes() {
+  const canvas = document.getElementById('bars');
+  if (!(canvas instanceof HTMLCanvasElement)) return;
+  const surface = surfaceOf(canvas);
+  if (surface.begin()) drawBars(surface, palette(), bars.value);
+}
+
 /** Time since the key of a lesson. @param {Frame} now */
 function showSince(now) {
   const box = document.getElementById('since'),
@@ -292,6 +301,7 @@ export function draw(now, settled, name) {
   }
   showMain(now);
   drawFirst(now);
+  drawSizes();
   showSince(now);
   showConnectionEvents(now);
   showSide(now, settled);

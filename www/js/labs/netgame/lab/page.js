@@ -2,7 +2,7 @@
 import { html, nothing } from '../../../../vendor/lit-html.js';
 import { fixed, letter } from '../../../base/format.js';
 import { choiceOf, t } from '../../../base/words.js';
-import { allowed, camera, lesson, params, staged } from '../../../session/state.js';
+import { allowed, bars, camera, lesson, params, staged } from '../../../session/state.js';
 import { open } from '../../../workbench/dialog.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
@@ -107,12 +107,18 @@ function sinceKey() {
     <div class="view" id="since"></div></section>`;
 }
 
+/** Sizes that a lesson compares. @returns {Template} */
+function sizes() {
+  return html`<section class="row lane sizes" aria-label=${t('netgame.staged.sizes')}><div class="gutter"></div><div class="view"
+    data-shows="bars"><canvas id="bars" role="img" aria-label=${bars.value.map(({ text }) => text).join('. ')}></canvas></div></section>`;
+}
+
 /** Views, and what a lesson puts between them. @returns {Template} */
 function rows() {
   const of = staged.value,
     [own = 1, ...others] = order();
   const road = (layout.value?.entities.length ?? 0) === 0 && layout.value?.controls !== 'aim';
-  if (of === null || camera.value === null || !road) return html`${order().map(row)}${messages()}`;
+  if (of === null || camera.value === null || !road) return html`${order().map(row)}${bars.value.length > 0 ? sizes() : messages()}`;
   if (of.step === 5)
     return html`${first()}${row(own)}${others.map(row)}<p class="legend">${of.press > 0 ? t('netgame.staged.legend') : nothing}</p>`;
   return html`${row(own)}${of.line.length > 0 ? sinceKey() : nothing}${others.map(row)}${of.line.length > 0 ? nothing : messages()}`;
