@@ -144,7 +144,7 @@ test('an experiment is presented by what it shows, and its charts', async () => 
   const { page, complaints, close } = await visit(browser, `${daemon.url}?present=yes#experiments`, { wait: false });
   await on(page);
   await settles(() => page.locator('#chart-1').isVisible(), true);
-  await settles(() => page.locator('.saying').isVisible(), false);
+  await settles(() => page.locator('.asked').isVisible(), false);
   await reads(page.locator('#headline'), /^Prediction cures/);
   assert.deepEqual(await axe(page), []);
   await page.keyboard.press('Escape');

@@ -229,7 +229,7 @@ export function sentenceForm() {
   const running = record.value !== null && record.value.id !== '' && !isOver(record.value.state),
     again = record.value !== null && !isChanged();
   const problems = isOpen('settings') ? elsewhere() : [...refused.value.values()];
-  return html`<form class="saying" aria-label=${t('experiments.form')} @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+  return html`<form class="asked" aria-label=${t('experiments.form')} @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     <p class="clauses">${rich('experiments.sentence', {
       scenario: scenarioList(),
       across: axisList('across'),

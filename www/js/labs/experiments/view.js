@@ -103,7 +103,7 @@ function graphs() {
 const rows = () => (points.value.length === 0 ? nothing : html`${lined.value ? scatter() : nothing}${table()}`);
 
 /** @returns {Template} */
-const more = () => html`<div class="more"><button type="button" id="another-axis" @click=${addAxis}>${t('experiments.axis.add')}</button>
+const more = () => html`<div class="further"><button type="button" id="another-axis" @click=${addAxis}>${t('experiments.axis.add')}</button>
   ${chooseButton('choose')}
   <button type="button" id="to-repeats" @click=${() => openDrawer('settings', '#repeats')}>${t('experiments.repeats_button', {
     n: draft.value.repeats,

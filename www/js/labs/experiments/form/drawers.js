@@ -15,12 +15,16 @@ function turn(name, open = !isOpen(name)) {
   opened.value = [...opened.value.filter((one) => one !== name), ...(open ? [name] : [])];
 }
 
+const ABOVE_PX = 60;
 /** Opens one, and shows a part of it when it is there. @param {Drawer} name @param {string} [at] selector of what has the keyboard then */
 export function openDrawer(name, at) {
   turn(name, true);
   setTimeout(() => {
     const part = document.querySelector(at ?? `#drawer-${name}`);
-    part?.scrollIntoView({ block: 'start' });
+    const view = part?.closest('main'); /* it alone scrolls: a page that does shows what is below it */
+    if (part && view && view.scrollHeight > view.clientHeight)
+      view.scrollTop += part.getBoundingClientRect().top - view.getBoundingClientRect().top - ABOVE_PX;
+    else part?.scrollIntoView({ block: 'start' });
     if (at && part instanceof HTMLElement) part.focus({ preventScroll: true });
   }, 60); /* after the next drawing of the page */
 }
