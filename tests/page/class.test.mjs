@@ -340,6 +340,7 @@ test('a whole lesson by Next alone; phones show the same words; each says why no
   await reads(b.page.locator('.reasoned'), /^You said 3\d\d ms:/);
   await reads(a.page.locator('.tally li').nth(1), /yours/);
   await reads(a.page.locator('.tally li[data-right="true"]'), /right/);
+  for (const { page } of [teacher, a]) await reads(page.locator('.timeline'), /150 ms/);
   await fits('explain');
   const before = (await teacher.state()).board;
   await teacher.on('change');

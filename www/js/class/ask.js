@@ -1,6 +1,7 @@
 // The question of a class: choices to vote; after the lock how many chose what; and what explains it.
 import { html, nothing, svg } from '../../vendor/lit-html.js';
 import { amountOf, choiceOf, lessonOf, questionOf, saidOf, sayOf, whyOf } from './lesson.js';
+import { since } from '../workbench/since.js';
 import { me, now } from './state.js';
 import { rich, t } from '../base/words.js';
 
@@ -79,6 +80,13 @@ export function measured(lesson) {
     named = lesson.choices[right]?.label ? `${saidOf(lesson, right)}: ` : '';
   return html`<p class="measured"><span>${t('class.was')}</span> <b>${named}${amountOf(lesson.answer)}</b></p>`;
 }
+
+/** Where a lesson's number comes from, as a line of time; it stands in place of the board's drawings. @param {Lesson} lesson
+ * @returns {Template | typeof nothing} */
+export const timeLine = ({ line = [], numbers }) =>
+  line.length === 0
+    ? nothing
+    : html`<div class="timeline">${since({ parts: line.map((name) => numbers[name]?.value ?? 0), now: Infinity, asked: false })}</div>`;
 
 /** The number without and with the change. @param {Lesson} lesson @returns {Template} */
 export const compared = (lesson) => html`<dl class="compared"><div><dt>${t('class.before')}</dt><dd>${amountOf(lesson.answer)}</dd></div>

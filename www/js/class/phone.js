@@ -3,7 +3,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { letter } from '../base/format.js';
 import { connection, status } from '../session/state.js';
 import { mark } from '../workbench/player_mark.js';
-import { answered, asked, ballot, compared, explained, isOpen, measured, results } from './ask.js';
+import { answered, asked, ballot, compared, explained, isOpen, measured, results, timeLine } from './ask.js';
 import { choiceOf, lessonOf, saidOf, sayOf, titleOf } from './lesson.js';
 import { join, vote } from './member.js';
 import { networkOf } from './seats.js';
@@ -83,7 +83,7 @@ function explaining() {
   if (lesson === null) return html`${asked()}${results()}`;
   return html`<h2 class="asked" data-size="small">${titleOf(lesson)}</h2>
     <div class="pair"><p class="mine"><span>${t('class.said')}</span>
-      <b>${mine === null ? t('class.nothing') : choiceOf(lesson, mine)}</b></p>${measured(lesson)}</div>
+      <b>${mine === null ? t('class.nothing') : choiceOf(lesson, mine)}</b></p>${measured(lesson)}</div>${timeLine(lesson)}
     <div class="classwords">${explained(lesson)}</div>${results()}`;
 }
 

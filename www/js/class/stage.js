@@ -3,7 +3,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { slower } from '../base/format.js';
 import { speed } from '../session/state.js';
 import { qr } from '../workbench/qr.js';
-import { allOf, answered, asked, compared, explained, measured, results } from './ask.js';
+import { allOf, answered, asked, compared, explained, measured, results, timeLine } from './ask.js';
 import { choiceOf, lessonOf, sayOf, titleOf } from './lesson.js';
 import { foot, nextButtons } from './next.js';
 import { seatList } from './seats.js';
@@ -103,7 +103,7 @@ function running() {
 function explaining() {
   const lesson = theLesson();
   if (lesson === null) return html`${asked()}${results()}`;
-  return html`${measured(lesson)}${results()}<div class="classwords">${explained(lesson)}</div>`;
+  return html`${measured(lesson)}${timeLine(lesson)}${results()}<div class="classwords">${explained(lesson)}</div>`;
 }
 
 /** @returns {Template} */
