@@ -23,8 +23,6 @@ const STEPS = { observe: 3, change: 5 };
 const OPEN = new Set([
   'figure_10 observe',
   'figure_10 change',
-  'figure_5 observe',
-  'figure_5 change',
   'straight_shell observe',
   'straight_shell change',
 ]);

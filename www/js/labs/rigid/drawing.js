@@ -306,7 +306,8 @@ function cross(pen, colours, at, pointer) {
 const TOLD = 100; /* bodies of which a lesson may say something */
 
 /** Reports where bodies are that move: `b4` body 4, `b4.before` a step ago, `b4.other` in the next world, `b4.first` in a lesson's first
- * run. @param {Pen} pen @param {Camera} at @param {Scene} scene @param {number} world
+ * run; `b4.corner` its rightmost corner, `b4.box` that of its AABB above, `b4.sphere` its sphere's rightmost
+ * point. @param {Pen} pen @param {Camera} at @param {Scene} scene @param {number} world
  * @param {Scene | null} first @param {number} dt s */
 function tellPlaces(pen, at, scene, world, first, dt) {
   const tell = (/** @type {string} */ name, /** @type {number} */ x, /** @type {number} */ y) =>
@@ -315,6 +316,14 @@ function tellPlaces(pen, at, scene, world, first, dt) {
   const own = moving(scene, world);
   if (own.length > TOLD) return;
   for (const s of own) {
+    const corners = s.geometry.vertices.map(([x = 0, y = 0]) => place(at, s, x, y)),
+      right = corners.sort((a, b) => (b[0] ?? 0) - (a[0] ?? 0))[0] ?? [0, 0],
+      circle = s.geometry.circle;
+    const px = (/** @type {string} */ name, /** @type {number} */ x, /** @type {number} */ y) =>
+      report(pen.canvas, `b${s.body}.${name}`, x, y);
+    px('corner', right[0] ?? 0, right[1] ?? 0);
+    px('box', right[0] ?? 0, Math.min(...corners.map(([, y = 0]) => y)));
+    px('sphere', toX(at, s.x) + (circle[2] ?? 0) * at.scale, toY(at, s.y));
     tell(`b${s.body}`, s.x, s.y);
     tell(`b${s.body}.before`, s.x - s.vx * dt, s.y - s.vy * dt);
   }

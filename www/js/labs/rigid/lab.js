@@ -7,7 +7,7 @@ import { change } from '../../session/params.js';
 import { recall } from '../../workbench/past.js';
 import { choose } from '../../session/session.js';
 import { titleOf } from '../../session/scenario_words.js';
-import { firstRun, frame as shownFrame, layout, locked, look, params, scenarios, schema, session } from '../../session/state.js';
+import { camera, firstRun, frame as shownFrame, layout, locked, look, params, scenarios, schema, session } from '../../session/state.js';
 import { palette, paintOf } from '../../draw/palette.js';
 import { drawPlot } from '../../draw/plot.js';
 import { textTurn, touch } from '../../draw/redraw.js';
@@ -359,6 +359,18 @@ const describe = (w, i) =>
         energy: joules(w.energy - w.energy_start),
       });
 
+const NARROW = 500; /* px */
+
+/** As a lesson wants it: closer, around the middle. @param {number[]} view @param {number} width px */
+function viewOf(view, width) {
+  const [left = 0, right = 1, bottom = 0, top = 1] = view,
+    wide = camera.value === null ? right - left : width < NARROW ? camera.value.narrow_m : camera.value.m,
+    part = wide / (right - left) / 2;
+  const x = (left + right) / 2,
+    y = (bottom + top) / 2;
+  return [x - part * (right - left), x + part * (right - left), y - part * (top - bottom), y + part * (top - bottom)];
+}
+
 const telling = textTurn(100);
 
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the drawings get their descriptions */
@@ -386,7 +398,9 @@ function draw(frame, settled, name) {
       places: [...record.places.values()].filter((places) => places[0]?.world === i),
       pointer: drag.pointer.value,
     };
-    onto(`world${i}`, (surface) => drag.cameras.set(i, drawWorld(surface, colours, scene, of)));
+    onto(`world${i}`, (surface) =>
+      drag.cameras.set(i, drawWorld(surface, colours, scene, { ...of, view: viewOf(at.view, surface.width) })),
+    );
   }
   if (telling(settled)) {
     showNumbers(scene);
