@@ -467,3 +467,15 @@ test('1,000 connections at once', async (t) => {
     await waitFor(async () => (await p.get('/healthz')).status === 200, 'a free place');
   }, p);
 });
+
+test('values that a session is made with settle what depends on them, as those of an experiment do', async () => {
+  for (const [set, wanted] of [
+    [{ 'players.0.prediction': false }, [false, false]],
+    [{ 'players.1.reconciliation': true }, [true, true]],
+  ]) {
+    const made = (await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', set, paused: true } })).json,
+      { players } = (await c.get(`/api/v1/sessions/${made.id}`)).json.params,
+      { prediction, reconciliation } = players[Number(Object.keys(set)[0].split('.')[1])];
+    assert.deepEqual([prediction, reconciliation], wanted, JSON.stringify(set));
+  }
+});
