@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { control, frameOf, launch, paramsOf, refreshes, runOn, until, visit } from './lib.mjs';
+import { control, frameOf, launch, paramsOf, reads, refreshes, runOn, settles, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -102,18 +102,38 @@ test('D drives B; both at once; releasing stops', async () => {
   await close();
 });
 
-test('a key in the focused view takes control; Esc returns it to the script', async () => {
+test('a key takes control, wherever the focus is, and the hint has done its work; Esc returns it to the script', async () => {
   const { page, close } = await visit(browser, `${daemon.url}#race`);
   assert.equal((await paramsOf(page)).players[0].control, 'script');
-  await page.keyboard.press('ArrowRight'); /* no view has the focus: nothing is driven */
+  await reads(page.locator('#hint'), /drive A; D and A drive B/);
+  await page.keyboard.press('ArrowUp'); /* it scrolls: a view without the focus leaves it */
   await refreshes(page);
   assert.equal((await paramsOf(page)).players[0].control, 'script');
-  await page.locator('.view[data-drive="0"]').focus();
   await page.keyboard.press('ArrowRight');
   await until(async () => (await paramsOf(page)).players[0].control === 'person', 'a person drives');
   await until(async () => (await frameOf(page)).views[1].flags & 32, 'the daemon says so');
   await page.keyboard.press('Escape');
   await until(async () => (await paramsOf(page)).players[0].control === 'script', 'the script drives');
+  await settles(() => page.locator('#hint').count(), 0);
+  await close();
+});
+
+test('a tap on a car takes it, and pads appear', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#race`, { width: 390, height: 844, hasTouch: true });
+  await reads(page.locator('#hint'), /Tap a car/);
+  assert.equal(await page.locator('.pads').count(), 0);
+  await page.locator('#play').click();
+  await until(async () => ((await frameOf(page)).flags & 2) === 0, 'a pause');
+  const canvas = page.locator('canvas[data-view="2"]'),
+    { width, height } = await canvas.boundingBox(),
+    { x } = (await frameOf(page)).views[2].entities[1],
+    place = { x: 14 + ((width - 28) * x) / 100, y: 14 + 0.75 * (height - 33) };
+  await canvas.click({ position: place });
+  await until(async () => (await paramsOf(page)).players[1].control === 'person', 'B is taken');
+  await page.locator('.pads[data-player="1"]').waitFor();
+  assert.equal((await paramsOf(page)).players[0].control, 'script');
+  await settles(() => page.locator('#hint').count(), 0);
+  assert.deepEqual(complaints, []);
   await close();
 });
 

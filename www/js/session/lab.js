@@ -50,6 +50,7 @@
  * @property {(now: any, before: any, asked: Record<string, unknown>) => string[]} [followed]  parameters that changed with those asked for
  * @property {() => PropertyDescriptorMap} [facts]  of window.laglab
  * @property {() => void} [end]  it is left: what it has made lets go of the page
+ * @property {() => string} [hint]  what can be done here: the end of a key of the page's words; empty for nothing
  * @property {Key[]} [keys]
  * @property {(event: KeyboardEvent) => boolean} [press]  a key that is none of `keys`: whether it was one of the lab's
  * @property {(event: KeyboardEvent) => void} [release]

@@ -6,6 +6,7 @@ import { experiment, lesson, theme } from '../session/state.js';
 import { nextSpeed, playOrPause, reset, restart, step } from '../session/time.js';
 import { t } from '../base/words.js';
 import { open } from '../workbench/dialog.js';
+import { used } from './hint.js';
 import { lessons } from './lessons.js';
 import { toggle } from './presenting.js';
 
@@ -93,7 +94,7 @@ function onDown(event) {
   if (event.defaultPrevented) return;
   if (singleKeys.value && lessons.value?.press(event)) return event.preventDefault();
   if (belongsTo(event.target, event.code)) return;
-  if ((singleKeys.value || event.code === 'Escape') && lab.value?.press?.(event)) return;
+  if ((singleKeys.value || event.code === 'Escape') && lab.value?.press?.(event)) return used();
   if (event.ctrlKey || event.metaKey) return;
   const key = keys().find((row) => row.code === event.code && !!row.alt === event.altKey && !!row.shift === event.shiftKey);
   if (!key || (!key.alt && !singleKeys.value) || (event.repeat && !key.repeat)) return;

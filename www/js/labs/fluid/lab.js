@@ -370,6 +370,7 @@ effect(() => {
 
 /** @type {import('../../session/lab.js').Lab} */
 export const lab = {
+  hint: () => 'stir',
   template,
   draw,
   facts: () => ({

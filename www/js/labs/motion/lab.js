@@ -316,6 +316,7 @@ function drawRefinementSeries(colours) {
 
 /** @type {import('../../session/lab.js').Lab} */
 export const lab = {
+  hint: () => 'motion',
   template,
   rendered: watch,
   draw,

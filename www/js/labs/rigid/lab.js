@@ -451,6 +451,7 @@ const rates = () => ({ contacts: shown.value.contacts || shown.value.pairs ? 60 
 
 /** @type {import('../../session/lab.js').Lab} */
 export const lab = {
+  hint: () => 'drag',
   template,
   begin,
   draw,

@@ -4,7 +4,7 @@ import { fixed, letter } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { PLAYING } from '../../../stream/frame.js';
 import { speak } from '../../../session/announce.js';
-import { bars, camera, frame, look, params, presented, staged } from '../../../session/state.js';
+import { bars, camera, frame, look, mayDrive, params, place, presented, staged } from '../../../session/state.js';
 import { drawBars } from '../../../draw/bars.js';
 import { drawText } from '../../../draw/marks.js';
 import { palette } from '../../../draw/palette.js';
@@ -17,17 +17,18 @@ import { inspector, inspectors } from '../core/inspector.js';
 import { layout } from '../core/layout.js';
 import { Memory } from '../core/memory.js';
 import { connectionEvents, lanes, memory, overlays, scale, unit } from '../core/state.js';
-import { drawCannon } from '../views/cannon.js';
+import { drawCannon, toY as cannonY } from '../views/cannon.js';
 import { connectionWords, drawConnection } from '../views/connection.js';
-import { drawField, drawStandings } from '../views/field.js';
+import { drawField, drawStandings, toY as fieldY } from '../views/field.js';
 import { drawGauge } from '../views/gauge.js';
 import { inputNextTo, drawLanes, nearestInput, windowOf } from '../views/lanes.js';
-import { drawRace } from '../views/race.js';
+import { drawRace, onLap, toY as roadY } from '../views/race.js';
 import { drawRibbon } from '../views/ribbon.js';
-import { scaleX } from '../views/scene.js';
+import { scaleX, toX } from '../views/scene.js';
 import { flagAt } from '../views/staged.js';
 import { mainSentence, tell } from '../views/sentences.js';
 import { followed, framed } from '../views/camera.js';
+import { drive } from './drive.js';
 import { follow, pick, view as packetView } from './follow.js';
 import { closeup } from './closeup.js';
 import { happened, showSide } from './side.js';
@@ -35,6 +36,8 @@ import { happened, showSide } from './side.js';
 /** @typedef {import('../../../draw/surface.js').Surface} Surface */
 /** @typedef {import('../core/frame.js').Frame} Frame */
 /** @typedef {import('../views/scene.js').DrawContext} DrawContext */
+
+const FINGER_PX = 22; /* around what is tapped */
 
 /** @type {number | null} */
 let selected = null;
@@ -44,6 +47,8 @@ const drawnDots = [];
 let picked = null;
 /** What a lesson highlights of the strip below a view; it has none else. */
 const STRIPS = new Set(['inputs', 'buffer']);
+/** How each view was drawn last. @type {DrawContext[]} */
+const drawnAs = [];
 /** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
 function words(now, view) {
   const v = now.views[view];
@@ -95,6 +100,7 @@ function drawView(canvas, now, name) {
     unit: presented.value && unit.value === 'px' ? 'm' : unit.value /* pixels of a projector mean nothing */,
     picked,
   };
+  drawnAs[view] = at;
   drawnDots[view] = shapes ? drawField(at) : shape.controls === 'aim' ? drawCannon(at) : drawRace(at);
   if (shapes || shape.controls === 'aim') drawShown(at.pen, colours);
   scale.pxPerMetre = scaleX(at);
@@ -357,7 +363,35 @@ function plant(event) {
   if (flag >= 0) staged.value?.plant(flag);
 }
 
+/** A click or tap on a car, or on a player's mark, takes it. @param {MouseEvent} event */
+function take(event) {
+  const canvas = event.target,
+    at = canvas instanceof HTMLCanvasElement ? drawnAs[Number(canvas.dataset.view ?? NaN)] : undefined;
+  if (!at) return;
+  const { entities, controls, scene, players } = at.layout,
+    shapes = entities.length > 0,
+    y = shapes ? fieldY : controls === 'aim' ? cannonY : roadY;
+  const reach = shapes ? 0 : (scene.entity_length_m * scaleX(at)) / 2;
+  let best = -1,
+    least = 1;
+  entitiesOf(at.frame, at.view)
+    .slice(0, players.length)
+    .forEach((e, i) => {
+      const shape = entities[i],
+        half = shape ? Math.max(shape.width_m, shape.height_m) * scaleX(at) * 0.5 : reach;
+      const dx = (event.offsetX - toX(at, shapes ? e.x : onLap(at, e.x))) / Math.max(FINGER_PX, half),
+        dy = (event.offsetY - y(at, e.y)) / Math.max(FINGER_PX, shapes ? half : 0);
+      if (Math.hypot(dx, dy) < least) {
+        least = Math.hypot(dx, dy);
+        best = i;
+      }
+    });
+  const { seat } = place.value;
+  if (best >= 0 && mayDrive(best) && (seat === null || seat === best)) drive(best, true);
+}
+
 export function listen() {
+  document.addEventListener('click', take);
   document.addEventListener('click', plant);
   document.addEventListener('pointermove', point);
   document.addEventListener('pointerdown', point);

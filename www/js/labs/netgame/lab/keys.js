@@ -1,6 +1,6 @@
 // The keys of a netgame: techniques, overlays, and those that drive.
 import { change } from '../../../session/params.js';
-import { params, place, usable } from '../../../session/state.js';
+import { mayDrive, params, place, usable } from '../../../session/state.js';
 import { t } from '../../../base/words.js';
 import { layout } from '../core/layout.js';
 import { toggleOverlay } from '../core/state.js';
@@ -46,7 +46,7 @@ export const KEYS = [
   key('KeyN', 'packet', togglePacket),
 ];
 
-/** Driving keys: while a view has the focus, or the player is driven by a person.
+/** Driving keys: they work wherever the focus is, but in fields.
  * @type {{code: string, player: number, push: import('./drive.js').Push}[]} */
 const DRIVING = [
   { code: 'ArrowRight', player: 0, push: 'ahead' },
@@ -69,6 +69,10 @@ function focusedPlayer(target) {
 /** @type {Map<string, {player: number, push: import('./drive.js').Push}>} held driving keys */
 const down = new Map();
 
+/** Whether a key takes a player whom its script drives, wherever the focus is: one that scrolls the page does not where others do.
+ * @param {import('./drive.js').Push} way */
+const takes = (way) => (layout.value?.controls === 'pedals' ? way === 'ahead' || way === 'back' : way !== 'fire');
+
 /** @param {KeyboardEvent} event @returns {boolean} */
 function driving(event) {
   if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return false;
@@ -79,7 +83,8 @@ function driving(event) {
   if (!row || row.player < 0 || row.player >= players) return false;
   const focused = focusedPlayer(event.target);
   const lane = event.target instanceof HTMLElement && event.target.closest('[data-arrows]') !== null;
-  if (lane || (focused !== row.player && !byPerson(row.player))) return false;
+  if (lane || !mayDrive(row.player)) return false;
+  if (focused !== row.player && !byPerson(row.player) && !takes(row.push)) return false;
   if (row.push === 'fire' && layout.value?.controls !== 'aim') return false;
   if (!event.repeat && row.push === 'fire') {
     fire(row.player);

@@ -66,6 +66,9 @@ const facts = () => ({
 
 listen();
 
+/** What can be done, by how a game is driven. */
+const HINTS = { pedals: 'pedals', plane: 'plane', aim: 'aim' };
+
 /** @type {import('../../../session/lab.js').Lab} */
 export const lab = {
   template: () => (compared() ?? page).template(),
@@ -83,6 +86,7 @@ export const lab = {
   followed,
   facts,
   end,
+  hint: () => (compared() === null && layout.value !== null ? HINTS[layout.value.controls] : ''),
   keys: KEYS,
   press: (event) => compared() === null && press(event),
   release,

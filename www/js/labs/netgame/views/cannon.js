@@ -20,7 +20,7 @@ function ceiling(at) {
 }
 
 /** @param {DrawContext} at @param {number} y m @returns {number} px */
-function toY(at, y) {
+export function toY(at, y) {
   const top = at.colours.text * 1.4;
   return at.height - GROUND - (y / ceiling(at)) * (at.height - GROUND - top);
 }

@@ -16,7 +16,7 @@ import { t } from '../../../base/words.js';
 /** @typedef {import('./scene.js').DrawContext} DrawContext */
 
 /** The part of a lap. @param {DrawContext} at @param {number} x m @returns {number} */
-function onLap(at, x) {
+export function onLap(at, x) {
   const { wraps, x_max: lap } = at.layout.scene;
   return wraps ? x - Math.floor(x / lap) * lap : x;
 }
@@ -41,7 +41,7 @@ function laneHeight(at) {
 }
 
 /** @param {DrawContext} at @param {number} y m @returns {number} px; lane 0 lies on top */
-function toY(at, y) {
+export function toY(at, y) {
   const list = levelsOf(at);
   const low = list[0] ?? 0,
     step = list.length > 1 ? ((list[list.length - 1] ?? 1) - low) / (list.length - 1) : 1;
