@@ -283,6 +283,19 @@ void ll_frame_write(const ll_frame *frame, const ll_frame_delivery *to, ll_buffe
         ll_buffer_text(buffer, "}");
 }
 
+ll_status ll_frame_write_whole(const ll_session *s, const ll_record_request *request, ll_buffer *buffer)
+{
+    ll_row_set set = {0};
+    ll_session_fill(s, request, &set);
+    put_head(&(ll_frame){.tick = s->tick}, flags_of(s), LL_FRAME_BINARY, buffer);
+    for (int i = 0; i < set.count; i++)
+        if (set.rows[i] != NULL)
+            ll_section_encode(set.rows[i], NULL, buffer);
+    bool failed = set.failed || buffer->failed;
+    ll_row_set_free(&set);
+    return failed ? ll_error(LL_NO_MEMORY, "out of memory: frame") : ll_ok();
+}
+
 /* ---- hello message ---- */
 
 static void add_channels(cJSON *hello, const ll_sim_kind *kind)

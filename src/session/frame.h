@@ -95,6 +95,11 @@ void ll_frame_write(const ll_frame *frame, const ll_frame_delivery *to, ll_buffe
 /* Whether the frame has something in these channels that a viewer with `state` does not have. */
 bool ll_frame_news(const ll_frame *frame, const ll_frame_state *state, uint16_t channels);
 
+/* Appends the binary message of the present tick, whole, for who has no stream; its seq is 0. The session
+ * must be awake, and does not change. LL_NO_MEMORY. */
+ll_status ll_frame_write_whole(const ll_session *session, const ll_record_request *request,
+                               ll_buffer *buffer);
+
 /* Hello message of a stream: protocol, hash of the schema, channels, layout, window, present parameters of
  * the scenario. Caller frees. */
 char *ll_frame_hello(ll_session *session, const char *session_id, ll_frame_format format);

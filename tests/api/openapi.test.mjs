@@ -21,6 +21,8 @@ const UNPROVOKED = new Map([
   ['get /api/v1/experiments/library 404', 'as above'],
   ['get /api/v1/sessions/{id} 507', 'needs a stored log that is damaged: tests/daemon'],
   ['get /api/v1/sessions/{id}/state 507', 'as above'],
+  ['get /api/v1/sessions/{id}/hello 507', 'as above'],
+  ['get /api/v1/sessions/{id}/frame 507', 'as above'],
   ['get /api/v1/sessions/{id}/metrics 507', 'as above'],
   ['get /api/v1/sessions/{id}/trace 507', 'as above'],
   ['get /api/v1/sessions/{id}/packets 507', 'as above'],
@@ -171,6 +173,10 @@ test('the life of a session', async () => {
   assert.equal(state.json.tick, 60);
   assert.deepEqual((await call('get', `${I}/state`, { id }, 200, { query: '?tick=60' })).json, state.json);
   await call('get', `${I}/state`, { id }, 200, { query: '?tick=0' });
+  assert.equal((await call('get', `${I}/hello`, { id }, 200)).json.session, id);
+  await call('get', `${I}/frame`, { id }, 200, { query: '?channels=session,scene&from_event=3' });
+  const { json: unknown } = await call('get', `${I}/frame`, { id }, 400, { query: '?channels=scene,smell' });
+  assert.equal(unknown.errors[0].detail, 'channels: there is no channel `smell`.');
   await call('get', `${I}/metrics`, { id }, 200);
   const trace = await call('get', `${I}/trace`, { id }, 200, { query: '?from_s=0.5&to_s=0.9' });
   const rows = trace.text.trimEnd().split('\r\n');
@@ -220,7 +226,7 @@ test('sessions that are not there', async () => {
     ['delete', I, undefined],
     ['get', I, undefined],
     ['post', `${I}/fork`, undefined],
-    ...['state', 'metrics', 'trace', 'packets', 'log'].map((part) => ['get', `${I}/${part}`, undefined]),
+    ...['state', 'hello', 'frame', 'metrics', 'trace', 'packets', 'log'].map((part) => ['get', `${I}/${part}`, undefined]),
   ]) {
     for (const id of [NOBODY, 'x', 'A'.repeat(26), '%20', 'a'.repeat(2000)]) await call(method, path, { id }, 404, { body, key: WRONG });
   }

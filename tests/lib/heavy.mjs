@@ -149,6 +149,12 @@ export const HEAVY = {
     ...[place.pool, place.old].map(({ id }) => ({ path: `/api/v1/sessions/${id}/state` })),
     { path: `/api/v1/sessions/${place.old.id}/state`, query: '?tick=80001' },
   ],
+  getHello: (place) => [place.pool, place.old].map(({ id }) => ({ path: `/api/v1/sessions/${id}/hello` })),
+  getFrame: (place) => [
+    ...queries(),
+    ...[place.pool, place.old].map(({ id }) => ({ path: `/api/v1/sessions/${id}/frame` })),
+    { path: `/api/v1/sessions/${place.old.id}/frame`, query: `?channels=${'scene,'.repeat(1500)}scene` },
+  ],
   getMetrics: (place) => [place.pool, place.old].map(({ id }) => ({ path: `/api/v1/sessions/${id}/metrics` })),
   getTrace: (place) =>
     ['?from_s=0&to_s=1500', `?of=${'entities,'.repeat(1500)}`, '?of=packets&format=sqlite&to_s=20'].map((query) => ({

@@ -186,3 +186,43 @@ test('a frame that a closed stream decodes late is not drawn in the next session
   assert.equal((await counts()).received, 0);
   assert.equal(await frameOf(page), null);
 });
+
+test('where WebSockets are blocked the page says so, asks for frames one by one, and is driven', async () => {
+  const daemon = await startDaemon();
+  const context = await browser.newContext(),
+    page = await context.newPage();
+  await page.addInitScript(() => {
+    const { WebSocket: Socket } = globalThis;
+    globalThis.WebSocket = class extends Socket {
+      constructor(/** @type {string | URL} */ address, /** @type {string[]} */ ...rest) {
+        const url = new URL(address);
+        if (!(/** @type {any} */ (globalThis).unblocked)) url.port = '1'; /* refused */
+        super(url, ...rest);
+      }
+    };
+  });
+  await page.goto(`${daemon.url}?scenario=race&set=players.0.control:person`);
+  await shown(page);
+  await reads(page.locator('.note'), /This network blocks live connections \(WebSocket\); the page asks for frames one by one instead/);
+  assert.doesNotMatch(await chip(page), /lost/);
+  const place = async () => (await frameOf(page)).views[0].entities[0].x;
+  const { tick } = await frameOf(page);
+  await until(async () => (await frameOf(page)).tick > tick + 30, 'the frames go on');
+  const from = await place();
+  await page.keyboard.down('ArrowRight');
+  await until(async () => (await place()) > from + 1, 'the key drives');
+  await page.keyboard.up('ArrowRight');
+  await page.getByRole('button', { name: 'Pause', exact: true }).click();
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  await page.getByRole('button', { name: 'Restart', exact: true }).click();
+  await until(async () => (await frameOf(page)).tick < tick, 'a jump of time');
+  const ids = (await frameOf(page)).events.map(({ id }) => id);
+  assert.equal(new Set(ids).size, ids.length);
+  assert.equal(await page.evaluate(() => globalThis.laglab().connection.state), 'polled');
+  await page.evaluate(() => {
+    /** @type {any} */ (globalThis).unblocked = true;
+  });
+  await until(async () => (await page.evaluate(() => globalThis.laglab().connection.state)) === 'open', 'sockets again');
+  await context.close();
+  await daemon.stop();
+});

@@ -161,7 +161,8 @@ void ll_api_class_links(const ll_class_entry *entry, struct cJSON *json); /* add
 ll_http_handler ll_get_document, ll_get_scenarios, ll_get_scenario, ll_get_schema;
 ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
 ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
-ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_packets, ll_get_log;
+ll_http_handler ll_get_state, ll_get_hello, ll_get_frame, ll_get_metrics, ll_get_trace, ll_get_packets,
+    ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
     ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace;

@@ -10,6 +10,8 @@
 #include "daemon/api/answer.h"
 #include "daemon/api/api.h"
 #include "daemon/support/tasks.h"
+#include "session/frame.h"
+#include "threads/clock.h"
 
 /* An answer is held in memory. */
 enum { TRACE_ROWS = 100000 };  /* rows of one answer */
@@ -113,6 +115,57 @@ static ll_status finish_state(reader *r, ll_task *task, ll_http_response *respon
     cJSON *json = ll_session_state(r->copy);
     ll_http_json(response, 200, json);
     return ll_ok();
+}
+
+static ll_status fill_hello(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                            reader *r)
+{
+    (void)r;
+    char *hello = ll_frame_hello(session, request->parameter[0], LL_FRAME_BINARY);
+    if (!hello)
+        return ll_error(LL_NO_MEMORY, "Out of memory.");
+    ll_http_text(response, 200, hello);
+    snprintf(response->type, sizeof response->type, "application/json");
+    free(hello);
+    return ll_ok();
+}
+
+/* The channels of a list of names between commas; without one all. */
+static ll_status query_channels(const ll_http_request *request, uint16_t *channels)
+{
+    const char *text = ll_http_query(request, "channels");
+    *channels = text ? 0 : UINT16_MAX;
+    while (text) {
+        char name[40];
+        size_t size = strcspn(text, ",");
+        snprintf(name, sizeof name, "%.*s", (int)(size < sizeof name ? size : sizeof name - 1), text);
+        ll_channel channel = ll_channel_named(name);
+        if (channel == LL_CHANNELS)
+            return ll_field_error(LL_BAD_INPUT, "channels", "channels: there is no channel `%s`.", name);
+        *channels |= (uint16_t)(1U << channel);
+        text = text[size] ? text + size + 1 : NULL;
+    }
+    return ll_ok();
+}
+
+static ll_status fill_frame(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                            reader *r)
+{
+    (void)r;
+    double from = -1;
+    ll_record_request wanted = {.wall_ns = (uint64_t)ll_now_ns()};
+    LL_TRY(query_channels(request, &wanted.channels));
+    LL_TRY(query_number(request, "from_event", 0, UINT32_MAX, &from));
+    wanted.anew = from < 0;
+    wanted.from_event = from < 0 ? LL_NO_EVENT : (int64_t)from;
+    ll_buffer bytes = {0};
+    ll_status status = ll_frame_write_whole(session, &wanted, &bytes);
+    if (!ll_failed(&status)) {
+        ll_http_append(response, bytes.bytes, bytes.size);
+        snprintf(response->type, sizeof response->type, "application/octet-stream");
+    }
+    free(bytes.bytes);
+    return status;
 }
 
 static ll_status fill_metrics(ll_session *session, const ll_http_request *request, ll_http_response *response,
@@ -243,6 +296,16 @@ static ll_status fill_log(ll_session *session, const ll_http_request *request, l
 void ll_get_state(void *context, const ll_http_request *request, ll_http_response *response)
 {
     reading(context, request, response, fill_state, finish_state);
+}
+
+void ll_get_hello(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_hello, NULL);
+}
+
+void ll_get_frame(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_frame, NULL);
 }
 
 void ll_get_metrics(void *context, const ll_http_request *request, ll_http_response *response)

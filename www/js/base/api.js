@@ -52,6 +52,13 @@ export function socketOf(id) {
   return socket;
 }
 
+/** @param {string} path @returns {Promise<ArrayBuffer>} */
+export async function bytesOf(path) {
+  const answer = await fetch(address(path), { cache: 'no-store' });
+  if (!answer.ok) throw await refusal(answer.status, null);
+  return answer.arrayBuffer();
+}
+
 /** The class key, which some daemons require for creating sessions: the browser keeps it. */
 const CLASS_KEY = 'laglab.class_key';
 

@@ -239,6 +239,7 @@ export function show(id, key, own, line, gone) {
       state(state, attempt) {
         connection.value = { state, attempt };
         if (state === 'open' && wasLost) notify(t('session.reconnected'));
+        if (state === 'polled') notify(t('session.polled'), true);
         wasLost = state === 'lost';
       },
       pace(next) {

@@ -24,7 +24,7 @@ export const schemas = signal(new Map());
 export const schema = computed(() => (params.value ? schemaOf(schemas.value.get(params.value.kind), params.value) : null));
 /** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
 export const scenarios = signal([]);
-/** @type {import('@preact/signals-core').Signal<{state: import('../stream/connection.js').State, attempt: number}>} */
+/** @type {import('@preact/signals-core').Signal<{state: import('../stream/handlers.js').State, attempt: number}>} */
 export const connection = signal({ state: 'connecting', attempt: 0 });
 export const FRAME_HZ = 60; /* requested rate of frames */
 /** By which the daemon divides that, since frames are not drawn in time. */

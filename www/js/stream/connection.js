@@ -1,5 +1,6 @@
-// The stream of one session: hello, frames, replies; reconnects by itself until it is closed.
-import { Problem, call, socketOf } from '../base/api.js';
+// The stream of one session: hello, frames, replies; reconnects by itself until it is closed. Where WebSockets are blocked it asks for the
+// frames one by one.
+import { Problem, bytesOf, call, socketOf } from '../base/api.js';
 import { Decoder } from './decode.js';
 import { RECORDS, SCHEMA } from './records.js';
 
@@ -8,14 +9,21 @@ const DEAD_MS = 5000;
 const BACKOFF_MS = 200,
   BACKOFF_MAX_MS = 2000;
 
+const POLL_MS = 60; /* between an answer and the next question */
+const BLOCKED_AFTER = 3; /* sockets that failed one after the other although the daemon answers, of a page that has had a stream */
+const SOCKET_AGAIN_MS = 10000;
+
+/** Whether this page has had a hello from a socket: until then a failure is not a loss. */
+let had = false;
+
 /** ms until a page of a class tries again: 1, 2, 4, 8 s and up to one more, so that thirty do not come at once.
  * @param {number} attempt from 1 */
 export const patience = (attempt) => 1000 * (Math.min(8, 2 ** (attempt - 1)) + Math.random());
 
-/** @typedef {'connecting' | 'open' | 'lost'} State */
 /** A stream without a listener so far, and its messages. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
 
 /** @typedef {import('./handlers.js').Handlers} Handlers */
+/** @typedef {import('./handlers.js').State} State */
 
 /** Closes a socket that is no longer used. A browser complains of one that is still connecting: that is closed once it is open.
  * @param {WebSocket} socket */
@@ -41,6 +49,14 @@ export class Stream {
     this.decoder = new Decoder(RECORDS, 60);
     /** @type {WebSocket | null} */
     this.socket = null;
+    this.answers = 0; /* of the daemon, since the last socket that opened */
+    this.polled = false;
+    this.from = 0; /* when polling began, ms */
+    this.event = -1; /* the first that has not come */
+    this.generation = 0;
+    this.count = 0;
+    /** Inputs that are sent without a socket. @type {Promise<unknown>} */
+    this.inputs = Promise.resolve();
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.timer = undefined;
     this.watch = setInterval(() => this.check(), 1000);
@@ -82,15 +98,22 @@ export class Stream {
   text(data) {
     const message = JSON.parse(data);
     if (message.type === 'hello') {
-      this.attempt = 0;
-      this.meet(message);
-      this.on.hello(message);
-      this.on.state('open', 0);
+      had = true;
+      this.polled = false;
+      this.greeted(message, 'open');
     } else if (message.type === 'rate') {
       this.on.pace(Number(message.divisor));
     } else if (message.type === 'error') {
       this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
     }
+  }
+
+  /** @param {any} hello @param {State} state */
+  greeted(hello, state) {
+    this.attempt = this.answers = 0;
+    this.meet(hello);
+    this.on.hello(hello);
+    this.on.state(state, 0);
   }
 
   /** Reads what follows by the daemon's own tables, where they are not those of this page. @param {any} hello */
@@ -107,7 +130,9 @@ export class Stream {
     decoder.decode(
       data,
       (frame) => {
-        if (current()) this.on.frame(frame);
+        if (!current()) return;
+        if (this.polled) this.note(frame);
+        this.on.frame(frame);
       },
       () => {
         if (current()) this.lost();
@@ -133,12 +158,57 @@ export class Stream {
     const socket = this.socket;
     this.socket = null;
     if (socket) leave(socket);
-    if (this.closed) return;
+    if (this.closed || this.polled) return;
     this.attempt++;
+    if (!had && this.attempt === 1) {
+      this.retry();
+      return;
+    }
     this.on.state('lost', this.attempt);
     const backoff = Math.min(BACKOFF_MAX_MS, BACKOFF_MS * 2 ** (this.attempt - 1));
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.retry(), this.patient ? patience(this.attempt) : backoff * (0.5 + Math.random() / 2));
+  }
+
+  /** What a stream would have said of a frame, and what the next question is for. @param {import('./decode.js').Frame} frame */
+  note(frame) {
+    const events = frame.sections.get('events'),
+      { generation } = frame.session;
+    frame.seq = ++this.count;
+    this.event = events && generation === this.generation ? events.first + events.count : -1;
+    this.generation = generation;
+  }
+
+  /** Asks for frames, one after the other, until a socket opens. */
+  async poll() {
+    const again = () => !this.closed && this.polled;
+    this.polled = true;
+    this.from = performance.now();
+    this.event = -1;
+    try {
+      const hello = await call('GET', `sessions/${this.id}/hello`);
+      if (!again()) return;
+      this.greeted(hello, 'polled');
+      while (again()) {
+        const events = this.event < 0 ? '' : `&from_event=${this.event}`;
+        const frame = document.hidden
+          ? null
+          : await bytesOf(`sessions/${this.id}/frame?channels=${Object.keys(this.wish).join(',')}${events}`);
+        if (frame && again()) this.binary(frame);
+        await new Promise((done) => setTimeout(done, POLL_MS));
+        if (performance.now() - this.from > SOCKET_AGAIN_MS && again()) this.tryAgain();
+      }
+    } catch {
+      if (!again()) return;
+      this.polled = false;
+      this.lost();
+    }
+  }
+
+  /** A socket while it still asks, which takes over when it opens. */
+  tryAgain() {
+    this.from = performance.now();
+    if (this.socket === null) this.open();
   }
 
   async retry() {
@@ -146,6 +216,7 @@ export class Stream {
       await call('GET', `sessions/${this.id}`);
     } catch (error) {
       if (this.closed) return;
+      this.answers = 0;
       if (error instanceof Problem && (error.status === 404 || error.status === 410)) {
         this.close();
         this.on.gone();
@@ -154,11 +225,17 @@ export class Stream {
       }
       return;
     }
-    if (!this.closed) this.open();
+    if (this.closed) return;
+    if (had && ++this.answers <= BLOCKED_AFTER) this.open();
+    else this.poll();
   }
 
-  /** @param {unknown} message */
+  /** @param {any} message */
   send(message) {
+    if (this.polled && message.input)
+      this.inputs = this.inputs
+        .then(() => call('POST', `sessions/${this.id}/input`, { body: message.input, key: this.key }))
+        .catch((error) => this.on.refused(error instanceof Problem ? error.detail : String(error)));
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
