@@ -1,4 +1,4 @@
-// The head of the page: labs, scenario, the state chip.
+// The head of the page: labs; below them the scenario, what can be done, and the state.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect } from '../../vendor/signals-core.js';
 import { part } from '../base/api.js';
@@ -22,6 +22,7 @@ import {
 } from '../session/state.js';
 import { backToLive } from '../session/time.js';
 import { open } from '../workbench/dialog.js';
+import { hint } from './hint.js';
 import { languages } from './language.js';
 import { chooser } from './scenarios.js';
 import { t } from '../base/words.js';
@@ -106,7 +107,7 @@ function pace() {
  * @param {string | null} lesson @returns {Template} */
 function classButton(lesson) {
   const open = () => part(() => import('../class/room.js')).then((room) => room.teach(lesson));
-  return html`<button type="button" class="share askclass" title=${t('shell.class_tip')} @click=${open}>${t(
+  return html`<button type="button" class="askclass" title=${t('shell.class_tip')} @click=${open}>${t(
     lesson ? 'shell.ask_class' : 'shell.class',
   )}</button>`;
 }
@@ -136,17 +137,15 @@ export function header() {
   }
   if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${tabs()}${languages()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
-  return html`<header class="top"><h1>laglab</h1>${tabs()}${chooser()}
-    <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
+  return html`<header class="top"><h1>laglab</h1>${tabs()}${place.value.at === '' ? classButton(null) : nothing}${languages()}${help}
+    <div class="under">${chooser()}${hint()}<div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
     ${
       readOnly.value
         ? html`<div class="chip" id="reader"><span>${t('shell.read_only')}</span><button type="button" class="small"
       @click=${() => fork()}>${t('shell.copy')}</button></div>`
         : nothing
     }
-    ${place.value.at === '' ? classButton(null) : nothing}
-    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button>
-    ${languages()}${help}</header>`;
+    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>${t('shell.share')}</button></div></header>`;
 }
 
 /** @param {import('../stream/frame.js').Frame} now */

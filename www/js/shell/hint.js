@@ -1,4 +1,4 @@
-// One line above a lab: what can be done here, by key and by touch. It goes when that has been done.
+// One line in the head of a lab: what can be done here, by key and by touch. It goes when that has been done.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
 import { t } from '../base/words.js';
@@ -18,8 +18,8 @@ export function used() {
 export function hint() {
   const key = lab.value?.hint?.() ?? '';
   if (key === '' || readOnly.value || done.value.has(layout.value?.game ?? '')) return nothing;
-  return html`<aside class="hint" id="hint" aria-label=${t('shell.hint')}><span class="by-key">${t(`hint.${key}`)}</span>
-    <span class="by-touch">${t(`hint.${key}.touch`)}</span></aside>`;
+  return html`<p class="todo" id="hint"><span class="by-key">${t(`hint.${key}`)}</span>
+    <span class="by-touch">${t(`hint.${key}.touch`)}</span></p>`;
 }
 
 /** A view has been touched: what is to be done there is known. @param {Event} event */

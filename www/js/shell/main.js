@@ -56,6 +56,17 @@ const laidOut = () =>
     });
   });
 
+/** With reduced motion the session waits: Play is what comes next. */
+function awaitPlay() {
+  const stop = effect(() => {
+    if (locked.value !== '' || lesson.value !== null) return;
+    queueMicrotask(() => {
+      document.getElementById('play')?.focus();
+      stop();
+    });
+  });
+}
+
 /** Not by awaiting in the module itself, which the files of other parts import. */
 async function begin() {
   await ready; /* asked for before anything else */
@@ -71,6 +82,7 @@ async function begin() {
     part(() => import('./slow.js')).then((slow) => slow.listen());
   });
   loop.listen();
+  if (matchMedia('(prefers-reduced-motion: reduce)').matches) awaitPlay(); /* once there is a page */
   const waiting = effect(() => {
     /* a request before the first frame delays that frame */
     if (frame.value === null && experiment.value === null && (lesson.value?.id !== '' || lessons.value === null)) return;
@@ -102,17 +114,6 @@ function readMore() {
     if (lesson.value?.id !== '') readScenarios(); /* the first page reads it when it is asked for */
   });
 }
-if (matchMedia('(prefers-reduced-motion: reduce)').matches) {
-  /* then the session waits: Play is what comes next */
-  const stop = effect(() => {
-    if (locked.value !== '' || lesson.value !== null) return;
-    queueMicrotask(() => {
-      document.getElementById('play')?.focus();
-      stop();
-    });
-  });
-}
-
 /** A place among the lessons that Back, a link or a typed address wants. @returns {boolean} whether it is one */
 function follow() {
   const wanted = readLesson(location.search, location.hash),

@@ -9,7 +9,6 @@ import { touch } from '../draw/redraw.js';
 import { sync } from '../workbench/controls.js';
 import { timeBar } from './bar.js';
 import { header } from './header.js';
-import { hint } from './hint.js';
 import { lessons } from './lessons.js';
 import { shown as presentation } from './presenting.js';
 import { t } from '../base/words.js';
@@ -42,7 +41,7 @@ function page() {
   if (caption) return html`${lesson.value === null ? content : (lessons.value?.page(content) ?? content)}${notes()}${caption}`;
   if (lesson.value !== null) return html`${header()}${lessons.value?.page(content) ?? content}${notes()}${timeBar()}`;
   if (experiment.value !== null) return html`<a class="skip" href="#views">${t('shell.to_experiment')}</a>${header()}${content}${notes()}`;
-  return html`<a class="skip" href="#views">${t('shell.to_views')}</a>${header()}${hint()}${content}${notes()}${timeBar()}`;
+  return html`<a class="skip" href="#views">${t('shell.to_views')}</a>${header()}${content}${notes()}${timeBar()}`;
 }
 
 export function listen() {
