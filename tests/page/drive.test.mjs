@@ -182,7 +182,7 @@ test('a person aims and fires the cannon; each arrived state leaves a dot', asyn
   await page.getByLabel('Angle').first().fill('60');
   await page.getByLabel('Angle').first().press('Enter');
   assert.equal(await page.evaluate(() => globalThis.laglab().dots.flat().length), 0);
-  await page.getByRole('button', { name: 'Fire' }).first().click();
+  await page.getByRole('button', { name: 'Fire', exact: true }).first().click();
   await until(async () => (await frameOf(page)).views[0].entities[0].flags & 16, 'a shell flies');
   const { vx, vy } = (await frameOf(page)).views[0].entities[0];
   assert.ok(vy > vx, `steep: ${vx} ${vy}`);

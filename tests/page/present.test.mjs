@@ -126,7 +126,7 @@ test('a lesson: its question and step stand below the views', async () => {
   await shown(page);
   await until(async () => (await tickOf(page)) === 180, 'the stop');
   await settles(() => page.locator('.rail').isVisible(), false);
-  await reads(page.locator('.foot .said'), /Why is everyone else in the past\?.*2\.10 m/s);
+  await reads(page.locator('.foot .said'), /Why is everyone else in the past\?.*2\.27 m behind/s);
   assert.deepEqual(await axe(page), []);
   assert.deepEqual(complaints, []);
   await close();

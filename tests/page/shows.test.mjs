@@ -20,12 +20,7 @@ const LEAST_PX = 40,
 const STEPS = { observe: 3, change: 5 };
 
 /** Lessons of which a step does not yet show what it says. */
-const OPEN = new Set([
-  'figure_10 observe',
-  'figure_10 change',
-  'straight_shell observe',
-  'straight_shell change',
-]);
+const OPEN = new Set(['figure_10 observe', 'figure_10 change', 'straight_shell observe', 'straight_shell change']);
 /** Of the default tier. */
 const SOME = ['late_answer'];
 

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { button, dialogOf, launch, paramsOf, pictures, reads, settles, shown, tickOf, until, visit } from './lib.mjs';
+import { button, dialogOf, launch, paramsOf, reads, settles, shown, tickOf, until, visit } from './lib.mjs';
 
 const CLICKS = 3;
 
