@@ -7,9 +7,11 @@ export { launchWebKit, missing as missingWebKit } from './webdriver.mjs';
 
 /**
  * A page of its own in a browser: functions run in the page, clicks and keys are a person's.
- * @typedef {{complaints: () => Promise<string[]>, go: (url: string) => Promise<unknown>, evaluate: (what: Function | string, arg?: any) =>
+ * @typedef {{complaints: () => Promise<string[]>, evaluate: (what: Function | string, arg?: any) =>
  * Promise<any>, click: (find: Function, arg?: any) => Promise<void>, press: (key: string) => Promise<unknown>, down: (key: string) =>
- * Promise<unknown>, up: (key: string) => Promise<unknown>, screenshot: () => Promise<Buffer>, close: () => Promise<void>}} Visitor
+ * Promise<unknown>, up: (key: string) => Promise<unknown>, screenshot: () => Promise<Buffer>, close: () => Promise<void>,
+ * finger?: (selector: string) => Promise<() => Promise<void>>, listen?: () => Promise<unknown>}} Visitor finger: on a screen for it,
+ * touches an element until it is lifted; listen: where the page itself notes complaints, after it was loaded again
  * @typedef {{name: string, visit: (url: string, size: {width: number, height: number}) => Promise<Visitor>,
  * close: () => Promise<void>}} Browser
  */
@@ -38,23 +40,28 @@ function steered(name, browser) {
       });
       page.on('pageerror', (error) => complaints.push(`error: ${error.message}`));
       await page.goto(url);
-      return {
-        complaints: async () => complaints,
-        go: (to) => page.goto(to),
-        evaluate: (what, arg) => page.evaluate(`(${what})(${JSON.stringify(arg ?? null)})`),
-        click: async (find, arg) => {
-          const handle = await page.evaluateHandle(/** @type {any} */ (find), arg ?? null);
-          const element = handle.asElement();
-          if (!element) throw new Error(`nothing to click: ${find} ${arg ?? ''}`);
-          await element.click();
-        },
-        press: (key) => page.keyboard.press(key),
-        down: (key) => page.keyboard.down(key),
-        up: (key) => page.keyboard.up(key),
-        screenshot: () => page.screenshot({ caret: 'initial' }) /* without a style that the page's policy would refuse */,
-        close: () => context.close(),
-      };
+      return faceOf(page, complaints, () => context.close());
     },
     close: () => browser.close(),
+  };
+}
+
+/** @param {import('playwright-core').Page} page @param {string[]} complaints @param {() => Promise<void>} close @returns {Visitor} */
+export function faceOf(page, complaints, close) {
+  const element = async (/** @type {Function} */ find, /** @type {any} */ arg) => {
+    const handle = await page.evaluateHandle(/** @type {any} */ (find), arg ?? null);
+    const found = handle.asElement();
+    if (!found) throw new Error(`nothing to click: ${find} ${arg ?? ''}`);
+    return found;
+  };
+  return {
+    complaints: async () => complaints,
+    evaluate: (what, arg) => page.evaluate(`(${what})(${JSON.stringify(arg ?? null)})`),
+    click: async (find, arg) => (await element(find, arg)).click(),
+    press: (key) => page.keyboard.press(key),
+    down: (key) => page.keyboard.down(key),
+    up: (key) => page.keyboard.up(key),
+    screenshot: () => page.screenshot({ caret: 'initial' }) /* without a style that the page's policy would refuse */,
+    close,
   };
 }

@@ -2,4 +2,4 @@
 import { launchChromium } from './browsers.mjs';
 import { journeys } from './journeys.mjs';
 
-journeys(launchChromium);
+journeys(launchChromium, { size: { width: 1024, height: 768 }, lang: 'en' });

@@ -2,4 +2,4 @@
 import { launchFirefox, missingFirefox } from './browsers.mjs';
 import { journeys } from './journeys.mjs';
 
-journeys(launchFirefox, missingFirefox());
+journeys(launchFirefox, { size: { width: 820, height: 1180 }, lang: 'de' }, missingFirefox());

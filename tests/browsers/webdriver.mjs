@@ -155,16 +155,14 @@ async function visit(screen, url, { width, height }) {
     ask('POST', `${at}/actions`, {
       actions: [{ type: 'key', id: 'keyboard', actions: types.map((type) => ({ type, value: KEYS[key] ?? key })) }],
     });
-  const go = async (/** @type {string} */ to) => {
-    await ask('POST', `${at}/url`, { url: to });
-    await evaluate(LISTEN);
-  };
-  await go(url);
+  const listen = () => evaluate(LISTEN);
+  await ask('POST', `${at}/url`, { url });
+  await listen();
   let closed = false;
   return {
     complaints: async () => (await evaluate('() => globalThis.complaints')) ?? ['the page was loaded again'],
+    listen,
     evaluate,
-    go,
     click: async (find, arg) => {
       const element = await evaluate(find, arg);
       await ask('POST', `${at}/element/${element[ELEMENT]}/click`);

@@ -2,4 +2,4 @@
 import { launchWebKit, missingWebKit } from './browsers.mjs';
 import { journeys } from './journeys.mjs';
 
-journeys(launchWebKit, missingWebKit());
+journeys(launchWebKit, { size: { width: 1600, height: 900 }, lang: 'en' }, missingWebKit());

@@ -1,10 +1,9 @@
 // The first page: a race that one drives; joining a class by its code.
 import assert from 'node:assert/strict';
-import { after, before } from 'node:test';
+import { after, before, test } from 'node:test';
 import { lineOf, meter, read } from '../../www/js/labs/netgame/front/felt.js';
 import { startDaemon } from '../lib/daemon.mjs';
 import { api, axe, frameOf, launch, paramsOf, reads, settles, until, visit } from './lib.mjs';
-import { sweep, test } from './tiers.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -49,101 +48,6 @@ test('a code that no class has is named, and can be typed again; German has its 
 });
 
 // ---- the race ----
-
-/** @param {any} page */
-const lineOfPage = (page) => page.evaluate(() => globalThis.laglab().line.key);
-/** @param {any} page @param {string} key */
-const says = (page, key) => until(async () => (await lineOfPage(page)) === key, `the line: ${key}`);
-/** @param {any} page @param {string} name */
-const technique = (page, name) => page.locator(`.technique:has([data-path="players.0.${name}"])`);
-/** What the sentence is about is 40 px and 3 % of the view long, and inside of it. @param {any} page */
-const seen = (page) =>
-  until(
-    () =>
-      page.evaluate(() => {
-        const now = globalThis.laglab.shown();
-        return now && now.px >= 40 && now.percent >= 3 && now.inside && now.seen;
-      }),
-    'the gap is seen',
-  );
-
-/** From the first page to the other car, with nothing clicked but the two switches. @param {any} page @param {() => Promise<void>} down Go
- * @param {() => Promise<void>} up */
-async function journey(page, down, up) {
-  const coasts = async () => (await frameOf(page)).views[0].entities[0].vx;
-  const again = async () => {
-    await up();
-    const speed = await coasts();
-    await until(async () => (await coasts()) < speed, 'the server knows that the key is up');
-    await down();
-  };
-  await until(async () => (await frameOf(page)) !== null, 'the race is there');
-  await says(page, 'drive');
-  const x = (await frameOf(page)).views[0].entities[0].x;
-  await down();
-  await says(page, 'late');
-  assert.ok((await frameOf(page)).views[0].entities[0].x > x, 'the car drives');
-  const { latency } = await page.evaluate(() => globalThis.laglab().felt.felt.none);
-  assert.ok(latency > 0.3 && latency < 0.4, `${latency} s: there and back, and the next updates`);
-  const text = latency.toFixed(2);
-  await reads(page.locator('#front-line'), new RegExp(`${text} s late`));
-  await reads(page.locator('#front-latency'), new RegExp(`^${text} s$`));
-  await seen(page);
-  await settles(() => technique(page, 'prediction').getAttribute('data-lit'), 'yes');
-  assert.equal(await page.locator('[data-path="players.0.reconciliation"]').isDisabled(), true, 'needs Predict');
-  await technique(page, 'prediction').click();
-  await says(page, 'again_predict');
-  await again();
-  await says(page, 'thrown');
-  await reads(page.locator('#front-latency'), /^0\.00 s$/);
-  await seen(page);
-  await technique(page, 'reconciliation').click();
-  await says(page, 'again_both');
-  await again();
-  await says(page, 'stays');
-  await reads(page.locator('#front-line'), /other car: it is 0\.1[678] s old/);
-  await seen(page);
-  await up();
-}
-
-test('a visitor drives: the first key, without a click, shows the lag; two switches undo it', async () => {
-  const { page, complaints, close } = await door();
-  await journey(
-    page,
-    () => page.keyboard.down('ArrowRight'),
-    () => page.keyboard.up('ArrowRight'),
-  );
-  await page.locator('#front-line a').click();
-  await reads(async () => page.url(), /#lesson=in_the_past/);
-  await settles(() => page.evaluate(() => globalThis.laglab.shown()?.from === 'nose_1'), false);
-  assert.deepEqual(complaints, []);
-  await close();
-});
-
-/** Touches what is at a point of an element. @param {any} context @param {any} page @param {any} of */
-async function finger(context, page, of) {
-  const touch = await context.newCDPSession(page),
-    box = await of.boundingBox();
-  const send = (/** @type {string} */ type, /** @type {any[]} */ touchPoints) =>
-    touch.send('Input.dispatchTouchEvent', { type, touchPoints });
-  return {
-    box,
-    down: () => send('touchStart', [{ x: box.x + box.width / 2, y: box.y + box.height / 2 }]),
-    up: () => send('touchEnd', []),
-  };
-}
-
-test('the same on a phone, by pads under the thumbs', async () => {
-  const { page, context, complaints, close } = await door('', { width: 390, height: 844, hasTouch: true });
-  await page.waitForFunction(() => globalThis.laglab().frame !== null);
-  const { box, down, up } = await finger(context, page, page.locator('.pedal[data-way="ahead"]'));
-  assert.ok(box.height >= 80 && box.y + box.height < 844, 'large, and on the first screen');
-  await journey(page, down, up);
-  await reads(page.locator('.pedal[data-way="ahead"]'), /Go/);
-  assert.deepEqual(await axe(page), []);
-  assert.deepEqual(complaints, []);
-  await close();
-});
 
 test('a friend drives B with A and D; the slider keeps the arrows only while the keyboard has chosen it', async () => {
   const { page, complaints, close } = await door();
@@ -211,22 +115,3 @@ test('the line follows what was measured, not what was clicked', () => {
   assert.equal(key({ ...both, lag: 40 }), 'again_both');
   assert.equal(key(off), 'again', 'the newest press of this mode had another lag');
 });
-
-for (const [width, height] of [
-  [820, 1180],
-  [1024, 768],
-  [1920, 1080],
-])
-  sweep(false)(`the gap is seen at ${width}x${height}, in German`, async () => {
-    const { page, complaints, close } = await door('#questions&lang=de', { width, height });
-    await says(page, 'drive');
-    await page.keyboard.down('ArrowRight');
-    await says(page, 'late');
-    await reads(page.locator('#front-line'), /kam 0,3\d s zu spät/);
-    await seen(page);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
-    await page.keyboard.up('ArrowRight');
-    assert.deepEqual(await axe(page), []);
-    assert.deepEqual(complaints, []);
-    await close();
-  });

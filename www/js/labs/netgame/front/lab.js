@@ -81,10 +81,13 @@ function draw(now) {
   for (const canvas of canvases) drawScene(canvas, now, camera, (width) => (meters.width = width));
 }
 
+let here = false;
 effect(() => {
-  if (lesson.value?.id === '') return;
+  const left = here && lesson.value?.id !== '';
+  here = lesson.value?.id === '';
+  if (!left) return;
   untracked(() => {
-    shows.value = null;
+    if (shows.value?.from.startsWith('nose_')) shows.value = null; /* else it is the lesson's already */
     letGo();
   });
 });

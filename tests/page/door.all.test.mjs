@@ -1,1 +1,0 @@
-import './door.test.mjs';
