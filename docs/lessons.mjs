@@ -213,6 +213,7 @@ export function textsOf(lesson) {
   return [
     { where: 'title', text: lesson.title },
     ...Object.entries(lesson.steps).map(([step, text]) => ({ where: `steps.${step}`, text: /** @type {any} */ (text) })),
+    ...Object.entries(lesson.headings ?? {}).map(([step, text]) => ({ where: `headings.${step}`, text: /** @type {any} */ (text) })),
     ...lesson.choices.flatMap((/** @type {any} */ choice, /** @type {number} */ i) => [
       { where: `choices.${i}.why`, text: choice.why },
       ...(choice.label ? [{ where: `choices.${i}.label`, text: choice.label }] : []),

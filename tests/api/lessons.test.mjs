@@ -139,7 +139,7 @@ const BROKEN = [
   ['a time line that is not the answer', (l) => l.line.splice(1, 1, 'back'), /^line: its parts are 466 together; the answer is 350$/],
   ['a time line of no numbers', (l) => (l.line[0] = 'round'), /^line: round is not among numbers$/],
   ['a way without a workload', (l) => delete l.workload, /^numbers\.there: way: there needs a workload$/],
-  ['a start after its stop', (l) => (l.start_tick = 230), /^start_tick: 230 is not before stop_tick, 202$/],
+  ['a start after its stop', (l) => (l.start_tick = 230), /^start_tick: 230 is not before stop_tick, 201$/],
   ['a stop of the change beyond the run', (l) => (l.change.stop_tick = 301), /^change\.stop_tick: the run has no tick 301$/],
   ['an unknown member', (l) => (l.subtitle = ''), /^the lesson: subtitle is unknown$/],
   ['an unknown highlight', (l) => (l.look.at = 'sky'), /^look\.at: must be one of own_entity/],

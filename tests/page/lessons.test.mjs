@@ -335,7 +335,8 @@ for (const some of [true, false])
         await page.evaluate((hash) => {
           location.hash = hash;
         }, `lesson=${id}&step=3&lang=en`);
-        await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, lesson.title.en);
+        const heading = filled(lesson, (lesson.headings?.observe ?? lesson.title).en, 'en');
+        await page.waitForFunction((title) => document.querySelector('#lesson-step')?.textContent === title, heading);
         await until(
           async () => (await page.evaluate(() => globalThis.laglab().frame?.tick)) === lesson.stop_tick,
           `${id} stands at its stop`,
@@ -488,7 +489,7 @@ test('the stop is announced once, with what it shows', async () => {
   await page.locator('#lock-in').click();
   await current(page, 'Observe');
   const said = async () =>
-    (await page.evaluate(() => globalThis.spoken)).filter((text) => text.includes(filled(LATE, LATE.steps.observe.en, 'en')));
+    (await page.evaluate(() => globalThis.spoken)).filter((text) => text.includes(filled(LATE, LATE.steps.observe.en, 'en').slice(0, -1)));
   await until(async () => (await said()).length > 0, 'it is said');
   await refreshes(page, 150); /* a second announcement would follow after two seconds */
   const spoken = await said();

@@ -6,6 +6,7 @@
  * @property {string} first       the scenario where the address names none
  * @property {Record<string, string | number | boolean | object>} set    changed parameters by dotted path
  * @property {number | null} seed
+ * @property {object | null} workload  inputs of players that a person steers, as a lesson has them
  * @property {string} theme       auto, light, dark or projector
  * @property {boolean} present  views and caption alone
  * @property {string} lang        en, de; empty where the address has none

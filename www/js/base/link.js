@@ -69,6 +69,7 @@ export function readLink(search, hash) {
     first: '',
     set: {},
     seed: null,
+    workload: null,
     theme: 'auto',
     lang: query.get('lang') ?? '',
     present: query.get('present') === 'yes',
@@ -94,6 +95,13 @@ export function readLink(search, hash) {
   const seed = query.get('seed');
   if (seed !== null && /^[0-9]{1,15}$/.test(seed)) link.seed = Number(seed);
   else if (seed !== null) link.problems.push(['base.bad_seed', { seed }]);
+
+  const workload = query.get('workload');
+  if (workload !== null) {
+    const value = toValue(workload);
+    if (typeof value === 'object') link.workload = value;
+    else link.problems.push(['base.bad_workload', {}]);
+  }
 
   const theme = query.get('theme');
   if (theme !== null && THEMES.includes(theme)) link.theme = theme;
@@ -135,12 +143,13 @@ export function lookOf({ theme, lang, present, embed }) {
 }
 
 /** The query that gives the same set-up elsewhere: only what differs from the scenario.
- * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'theme' | 'lang' | 'embed' | 'present'>} link @returns {string} */
+ * @param {Pick<Link, 'scenario' | 'set' | 'seed' | 'workload' | 'theme' | 'lang' | 'embed' | 'present'>} link @returns {string} */
 export function writeQuery(link) {
   const parts = [`scenario=${link.scenario}`];
   for (const [path, value] of Object.entries(link.set))
     parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
+  if (link.workload !== null) parts.push(`workload=${encodeURIComponent(JSON.stringify(link.workload))}`);
   parts.push(...lookOf(link));
   return `?${parts.join('&')}`;
 }

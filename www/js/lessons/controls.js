@@ -104,7 +104,10 @@ export function light(root) {
   }
   const first = lit.find((element) => element.hasAttribute('data-shows')),
     text = root.querySelector('#highlighted'),
-    name = first?.closest('[aria-label]')?.getAttribute('aria-label')?.split('. ')[0] ?? '';
+    name =
+      first?.closest('.row')?.querySelector('.caption b')?.textContent ??
+      first?.closest('[aria-label]')?.getAttribute('aria-label')?.split('. ')[0] ??
+      '';
   if (text) text.textContent = name === '' ? '' : word('use.look', { name });
   const moment = `${lesson.value?.id} ${lesson.value?.step} ${first !== undefined}`;
   const box = first?.closest('.drawings, .rows, .side');

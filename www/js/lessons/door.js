@@ -27,6 +27,12 @@ function read() {
   });
 }
 
+/** The lesson that follows in the list; undefined after the last. @param {{order: number}} of @returns {Row | undefined} */
+export function next({ order }) {
+  read();
+  return rows.value.find((row) => row.order > order);
+}
+
 const sought = signal('');
 
 /** Whether a text has all words that are sought. @param {...(string | undefined)} texts */

@@ -5,6 +5,7 @@ import { digits } from '../base/words.js';
 import { openLesson, toSandbox } from '../session/session.js';
 import { frame, lesson, params, status } from '../session/state.js';
 import { control } from '../session/time.js';
+import { next } from './door.js';
 import { highlighted, lock, settings } from './controls.js';
 import {
   CHANGE,
@@ -12,7 +13,9 @@ import {
   STEPS,
   choice,
   choose,
+  ended,
   go,
+  headingOf,
   jump,
   missing,
   opened,
@@ -20,6 +23,7 @@ import {
   reached,
   restart,
   run,
+  runAgain,
   textOf,
   unlocked,
 } from './steps.js';
@@ -112,21 +116,30 @@ function explain(of) {
 
 /** @param {Lesson} of @returns {Template} */
 function change(of) {
+  const following = next(of),
+    to = (/** @type {string} */ id) => openLesson({ id, step: 1, lang: lesson.value?.lang ?? '' }, true);
+  const done = ended(of);
   return html`<p>${textOf(of, 5)}</p>
     <dl class="pair"><div><dt>${word('change.before')}</dt><dd>${amountOf(of.answer)}</dd></div>
       <div class="result"><dt>${word('change.after')}</dt><dd id="changed">${amountOf(of.change.answer)}</dd></div></dl>
     ${settings(of)}
-    <p class="faint">${
+    <p class="faint seed">${
       of.change.stop_tick === undefined || of.change.speed === undefined
         ? word('change.seed', { seed: of.seed })
         : word('change.seed_to', { seed: of.seed, time: digits(of.change.stop_tick / Number(params.value?.tick_hz ?? 60), 0, 1) })
     }</p>
-    ${status.value === 'playing' ? nothing : html`<button type="button" class="main" @click=${() => run()}>${word('change.go')}</button>`}
-    <div class="after"><button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
+    ${
+      status.value === 'playing'
+        ? nothing
+        : html`<button type="button" class="main" id=${done ? 'next' : nothing} @click=${() => (done ? to(following?.id ?? '') : run())}>${
+            !done ? word('change.go') : following ? word('next', { title: following.title[language.value] }) : word('all')
+          }</button>`
+    }
+    <div class="after">${
+      done ? html`<button type="button" class="link" @click=${() => runAgain()}>${word('change.again')}</button>` : nothing
+    }<button type="button" class="link" @click=${() => toSandbox()}>${word('free')}</button>
       <button type="button" class="link" @click=${() => restart()}>${word('again')}</button>
-      <button type="button" class="link" @click=${() => openLesson({ id: '', step: 1, lang: lesson.value?.lang ?? '' }, true)}>${word(
-        'all',
-      )}</button></div>`;
+      ${done && !following ? nothing : html`<button type="button" class="link" @click=${() => to('')}>${word('all')}</button>`}</div>`;
 }
 
 const BODIES = [predict, running, observe, explain, change];
@@ -137,6 +150,10 @@ export function caption() {
     step = lesson.value?.step ?? 1;
   return { title: now?.title[language.value] ?? '', text: now === null || !ready.value ? '' : textOf(now, step), lang: language.value };
 }
+
+/** The question, where another heading has its place. @param {Lesson} of @param {number} step */
+const asked = ({ title, headings }, step) =>
+  headings?.[/** @type {'observe'} */ (STEPS[step - 1])] ? html`<small class="faint asked">${title[language.value]}</small>` : nothing;
 
 /** @param {Template} views of the lab @returns {Template} */
 export function page(views) {
@@ -149,7 +166,8 @@ export function page(views) {
     ${
       now === null || !ready.value || !body
         ? html`<h2 id="lesson-step">${missing.value ? word('failed') : word('loading') || '…'}</h2>`
-        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${now.title[language.value]}</h2>
+        : html`${bars(step)}<h2 id="lesson-step" tabindex="-1">${headingOf(now, step)}</h2>
+          ${asked(now, step)}
           ${body(now)}${step === CHANGE ? nothing : settings(now)}
           ${lock(
             html`<button type="button" class="link" id="print" ?disabled=${printing.value} @click=${print}>${word('paper.print')}</button>`,

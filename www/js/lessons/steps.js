@@ -41,7 +41,7 @@ import { file, filled, ready, word } from './words.js';
  * workload?: {inputs: {tick: number, player: number, axes: number[]}[]}, start_tick?: number, line?: string[],
  * stop_tick: number, speed: number, look: {at: string, player?: number, before?: {number: string, text: Text}},
  * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
- *   bars?: Record<'observe' | 'change', {text: Text, number: string}[]>,
+ *   headings?: Partial<Record<'observe' | 'change', Text>>, bars?: Record<'observe' | 'change', {text: Text, number: string}[]>,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
  *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number, speed?: number},
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
@@ -52,7 +52,8 @@ import { file, filled, ready, word } from './words.js';
 /** @type {StepName[]} */
 export const STEPS = ['predict', 'run', 'observe', 'explain', 'change'];
 const RUN = 2,
-  OBSERVE = 3;
+  OBSERVE = 3,
+  EXPLAIN = 4;
 export const CHANGE = 5;
 /** Controls of a step that does not name its own; `change` has the settings of the change, too. @type {Record<StepName, string[]>} */
 const CONTROLS = {
@@ -127,6 +128,15 @@ export function controlsOf(of, step) {
   return of.controls?.[name] ?? [...CONTROLS[name], ...(step === CHANGE ? Object.keys(of.change.set) : [])];
 }
 
+/** What stands above the words of a step. @param {Lesson} of @param {number} step @returns {string} */
+export function headingOf(of, step) {
+  const name = /** @type {'observe'} */ (STEPS[step - 1]);
+  return filled(of.headings?.[name] ?? of.title, of.numbers);
+}
+
+/** Whether the run with the change stands at its end. @param {Lesson} of */
+export const ended = (of) => variant === 'changed' && status.value !== 'playing' && (frame.value?.tick ?? 0) >= stopOf(of, CHANGE);
+
 /** What a step says. @param {Lesson} of @param {number} step @returns {string} */
 export function textOf(of, step) {
   const name = STEPS[step - 1] ?? '';
@@ -155,6 +165,7 @@ function settle(step) {
   showAddress();
   say(step);
   if (inside) document.getElementById('lesson-step')?.focus();
+  reveal(step);
 }
 
 const ARRIVAL_MS = 2000;
@@ -267,9 +278,33 @@ async function prepare(of, step) {
 /** Runs to the stop; where motion is not wanted, it is there at once. */
 export async function run() {
   await preparing;
-  if (innerWidth < NARROW) document.getElementById('views')?.scrollIntoView({ block: 'start' }); /* below the steps there */
+  if ((lesson.value?.step ?? 1) === CHANGE) reveal(CHANGE);
+  else if (innerWidth < NARROW) document.getElementById('views')?.scrollIntoView({ block: 'start' }); /* below the steps there */
   if (matchMedia('(prefers-reduced-motion: reduce)').matches) return jump();
   await play();
+}
+
+/** The run with the change, from its start. */
+export async function runAgain() {
+  const now = opened.value;
+  if (now !== null && (await control({ op: 'seek', tick: startOf(now) })) !== null) await run();
+}
+
+/** What a step is about comes into view where the steps are above it. @param {number} step */
+function reveal(step) {
+  const now = opened.value,
+    one = now && shownAt(now, step);
+  if (innerWidth >= NARROW || !now || !one) return;
+  requestAnimationFrame(() =>
+    requestAnimationFrame(() => {
+      const all = document.getElementById('views'),
+        view = one.view === 'server' ? '0' : String(Number(one.view.replace('player_', '')) + 1),
+        about = step === EXPLAIN && now.line ? 'since' : one.view;
+      const canvas = document.getElementById(about) ?? document.querySelector(`canvas[data-view="${view}"]`),
+        fits = step === CHANGE && all !== null && all.offsetHeight < (all.closest('.teach')?.clientHeight ?? 0);
+      (fits ? all : canvas?.closest('.row, .part, .view'))?.scrollIntoView({ block: 'nearest' });
+    }),
+  );
 }
 
 /** Goes to the stop without playing. */
@@ -319,7 +354,9 @@ async function arrive(at) {
   } else if (settled === `${at.id} ${at.step}`) return;
   const now = opened.value;
   settled = `${at.id} ${at.step}`;
-  if (now !== null && (await prepared(now, at.step))) say(at.step);
+  if (now === null || !(await prepared(now, at.step))) return;
+  say(at.step);
+  reveal(at.step);
 }
 
 const RECORDED_TICKS = 600; /* before the stop */

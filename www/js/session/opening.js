@@ -68,6 +68,9 @@ function dropRefused(problem) {
     if (path in link.set) {
       ignored('session.bad_value', { path, value: String(link.set[path]) }, () => one.detail);
       delete link.set[path];
+    } else if (path.startsWith('workload') && link.workload !== null) {
+      ignored('base.bad_workload', {}, () => one.detail);
+      link.workload = null;
     } else if (path === 'seed' && link.seed !== null) {
       ignored('session.bad_seed', { seed: String(link.seed) }, () => one.detail);
       link.seed = null;
@@ -99,9 +102,10 @@ export async function create(how = {}) {
       first = slow?.from_s === 0 ? { speed: slow.speed, ...how } : how;
     const more = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true, ...first } : first;
     const seed = link.seed === null ? {} : { seed: link.seed };
-    const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
+    const set = Object.keys(link.set).length === 0 ? {} : { set: link.set },
+      workload = link.workload === null ? {} : { workload: link.workload };
     try {
-      const made = await make('sessions', { scenario: link.scenario, ...set, ...seed, ...more });
+      const made = await make('sessions', { scenario: link.scenario, ...set, ...seed, ...workload, ...more });
       keep(made.id, made.owner_key, true);
       return { id: made.id, key: made.owner_key, own: true, note: '' };
     } catch (error) {
@@ -113,7 +117,7 @@ export async function create(how = {}) {
 
 /** A session of the first page's own: it runs while it is driven. @param {import('./lab.js').Start} start @returns {Promise<Opened>} */
 export function createFirst({ scenario, set, seed }) {
-  Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
+  Object.assign(link, { scenario, set: { ...set }, seed, workload: null, session: '', problems: [] });
   return create({ paused: false });
 }
 

@@ -142,10 +142,10 @@ export function openLesson(at, step = false) {
 
 /** A session of the lesson's own, paused at its start. @param {string} scenario
  * @param {Record<string, import('../base/link.js').Value>} set @param {number} seed @param {number} speed
- * @param {() => boolean} wanted asked when it is made: whether it is still to be shown @param {unknown} [workload] what players do */
-export async function showForLesson(scenario, set, seed, speed, wanted, workload) {
-  Object.assign(link, { scenario, set: { ...set }, seed, session: '', problems: [] });
-  const made = await create({ paused: true, speed, ...(workload ? { workload } : {}) }),
+ * @param {() => boolean} wanted asked when it is made: whether it is still to be shown @param {object | null} [workload] what players do */
+export async function showForLesson(scenario, set, seed, speed, wanted, workload = null) {
+  Object.assign(link, { scenario, set: { ...set }, seed, workload, session: '', problems: [] });
+  const made = await create({ paused: true, speed }),
     next = { id: made.id, key: made.key, own: true };
   if (!wanted()) return drop(next);
   const before = session.value;
@@ -324,7 +324,7 @@ export function failed(error) {
   setTimeout(again, 1000 + Math.random() * 1000);
 }
 
-/** What was changed of each scenario that was left. @type {Map<string, Pick<typeof link, 'set' | 'seed'>>} */
+/** What was changed of each scenario that was left. @type {Map<string, Pick<typeof link, 'set' | 'seed' | 'workload'>>} */
 const left = new Map();
 const changes = () => Object.keys(link.set).length + (link.seed === null ? 0 : 1);
 
@@ -335,7 +335,7 @@ export async function choose(id, set, step = true) {
   const before = session.value,
     own = lesson.value === null && before?.own === true,
     count = own ? changes() : 0;
-  if (count > 0) left.set(link.scenario, { set: link.set, seed: link.seed });
+  if (count > 0) left.set(link.scenario, { set: link.set, seed: link.seed, workload: link.workload });
   else if (own) left.delete(link.scenario);
   if (lesson.value !== null) leaveLesson();
   else if (step && before !== null) history.pushState(null, '', location.href);
@@ -343,6 +343,7 @@ export async function choose(id, set, step = true) {
   link.scenario = id;
   link.set = { ...(known?.set ?? set) };
   link.seed = known?.seed ?? null;
+  link.workload = known?.workload ?? null;
   await again();
   drop(before);
   if (link.problems.length > 0) return;
@@ -360,7 +361,7 @@ export async function reopen() {
     location.hash,
     labs.value.flatMap(({ tabs }) => tabs),
   );
-  Object.assign(link, { scenario: asked.scenario, set: asked.set, seed: asked.seed });
+  Object.assign(link, { scenario: asked.scenario, set: asked.set, seed: asked.seed, workload: asked.workload });
   await again();
   drop(before);
 }

@@ -9,6 +9,7 @@ import { digits, t } from '../base/words.js';
 
 const LEFT = 3,
   RIGHT = 97; /* hundredths of the width */
+const BESIDE = 0.3; /* of its way, a message is as low as the lower edge of the text next to it */
 const STEPS = [50, 100, 200, 500];
 const LEAST_STEPS = 5;
 
@@ -33,8 +34,8 @@ export function since({ parts, now, asked }) {
     const at = part < 1 ? part : 0.5;
     return svg`${dashed}<svg x=${x(from + long * at)} y=${y0 + (y1 - y0) * at} class="letter"><rect x="-13" y="-9" width="26" height="18"
       rx="2"></rect><path d="M-13,-8L0,3L13,-8"></path></svg>
-      <text class="says" x=${x(from + long / 2)} y=${asked ? 40 : 46} dx=${asked ? '1.4em' : 0}
-      text-anchor=${asked ? 'start' : 'middle'}>${text}</text>`;
+      <text class="says" data-down=${y1 > y0} x=${asked ? x(from + long / 2) : x(from + long * (y1 > y0 ? BESIDE : 1 - BESIDE))}
+      y=${asked ? 40 : 42} dx=${asked ? '1.4em' : y1 > y0 ? 10 : -10} text-anchor=${asked || y1 > y0 ? 'start' : 'end'}>${text}</text>`;
   };
   /** @param {number} from @param {number} long @param {number} y @param {number} label */
   const waiting = (from, long, y, label) =>

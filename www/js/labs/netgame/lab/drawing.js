@@ -282,7 +282,7 @@ function showSince(now) {
     of = staged.value;
   if (!box || !of || of.line.length === 0) return;
   const hz = now.time_s > 0 ? now.tick / now.time_s : 60;
-  render(since({ parts: of.line, now: ((now.tick - of.press) / hz) * 1000, asked: of.step === 1 }), box);
+  render(since({ parts: of.line, now: Math.round(((now.tick + 1 - of.press) / hz) * 1000), asked: of.step === 1 }), box);
 }
 
 const facts = textTurn(100); /* words that change with every frame */

@@ -5,7 +5,7 @@ import { fixed, localized } from '../../../base/format.js';
 import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, reportBodies, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
-import { drawOver, drawUnder, reportMoments } from './staged.js';
+import { LABEL, drawOver, drawUnder, reportMoments } from './staged.js';
 import { HIGH, LONG, drawCar, hasCar } from '../../../draw/cars.js';
 import { gridStep } from '../../../draw/axis.js';
 import { backdrop } from '../../../draw/backdrop.js';
@@ -220,7 +220,7 @@ export function drawRace(at) {
     }
   });
   if (overlays.labels) for (const put of later) put();
-  drawPosts(pen, colours, at.staged === null ? undefined : road.bottom - 12);
+  drawPosts(pen, colours, at.staged === null ? undefined : road.bottom - LABEL);
   if (staged) drawOver(at, staged, at.run, road);
   const words = at.view > 0 && (staged === null || staged.press === 0) ? correctionWords(at, at.view - 1) : '';
   if (words !== '') {

@@ -17,7 +17,8 @@ import { scaleX, toX } from './scene.js';
 
 const SLOWER = 0.05; /* m/s in a tick: it brakes */
 
-/** The first tick, from the key on, at which a view's car brakes; 0: none. @param {Recorded} run @param {number} view @param {Staged} of */
+/** The first tick, from the key on, at which a view's car brakes; 0: none. The tick before is where it begins, as the key is pressed in the
+ * tick before it counts. @param {Recorded} run @param {number} view @param {Staged} of */
 function answered(run, view, { press, player }) {
   let before = Infinity;
   for (const [tick, views] of run) {
@@ -35,7 +36,7 @@ function moments(run, view, of, tick) {
   const answer = run === null || of.press === 0 ? 0 : answered(run, view, of);
   return {
     press: of.press > 0 && tick >= of.press - 1 ? x(of.press - 1) : NaN,
-    brake: answer > 0 && tick >= answer ? x(answer - 1) : NaN,
+    brake: answer > 0 && tick >= answer - 1 ? x(answer - 1) : NaN,
     answer,
   };
 }
@@ -66,14 +67,16 @@ function drawKey({ pen, colours }, player, brake, x, y, size) {
   pen.stroke();
 }
 
-/** A watch and what it shows, in a yellow box. @param {DrawContext} at @param {string} text @param {number} x its left edge
- * @param {number} y its middle @returns {number} px, its right edge */
-function drawWatch({ pen, colours, width }, text, x, y) {
+/** A watch and what it shows, in a yellow box: in front of the car, above the label of the band; where there is no room in front, above the
+ * road. @param {DrawContext} at @param {string} text @param {number} nose px @param {Road} road @returns {number} px, its right edge */
+function drawWatch({ pen, colours, width }, text, nose, road) {
   const big = { ...colours, text: colours.text * 1.5 },
     r = big.text * 0.5,
     w = widthOf(pen, big, text, true) + r * 2 + 26,
-    h = big.text * 1.9,
-    left = Math.min(x, width - w - 4);
+    ahead = nose + 14 + w < width - 4,
+    h = ahead ? big.text * 1.9 : Math.min(big.text * 1.9, road.top - 4),
+    left = ahead ? nose + 14 : width - w - 4,
+    y = ahead ? Math.min(road.y, road.bottom - LABEL - colours.text * 0.85 - 4 - h / 2) : road.top / 2;
   pen.setLineDash([]);
   pen.fillStyle = colours.mark;
   pen.strokeStyle = colours.markLine;
@@ -171,6 +174,8 @@ export function flagAt(canvas, x) {
 }
 
 const FADED = 0.42;
+/** The label of the band: its middle above the road's lower edge, px. */
+export const LABEL = 12;
 
 /** Reports where the car was when the key was pressed, and from where on it braked. @param {DrawContext} at @param {Staged} of
  * @param {Recorded | null} run @param {number} y px */
@@ -210,7 +215,9 @@ export function drawOver(at, of, run, road) {
     const seen = entitiesOf(frame, 1 + of.player)[of.player],
       apart = seen ? here.x - seen.x : 0;
     const words = answer > 0 && frame.tick >= answer ? t('netgame.staged.brakes') : frame.tick < of.press ? '' : t('netgame.staged.knows');
-    drawText(pen, colours, words, nose + 10, road.y - road.size * 0.2, { bold: true });
+    if (nose + 10 + widthOf(pen, colours, words, true) < at.width - 4)
+      drawText(pen, colours, words, nose + 10, road.y - road.size * 0.2, { bold: true });
+    else drawText(pen, colours, words, at.width - 6, road.top / 2 + 1, { align: 'right', bold: true });
     if (of.step < 3 || !seen || Math.abs(apart) * scaleX(at) < 16) return;
     const from = toX(at, seen.x),
       y = road.y + road.size * 0.42;
@@ -260,6 +267,12 @@ export function drawOver(at, of, run, road) {
       drawText(pen, colours, words, edge - size * 1.3 - 10, level, { align: 'right', bold: true });
     return;
   }
-  const since = Math.max(0, Math.min(frame.tick, answer > 0 ? answer : frame.tick) - of.press);
-  drawWatch(at, `${fixed((since / hz) * 1000, 0)} ms`, nose + 14, road.y);
+  const since = Math.max(0, Math.min(frame.tick + 1, answer > 0 ? answer : Infinity) - of.press);
+  const right = drawWatch(at, `${fixed((since / hz) * 1000, 0)} ms`, nose, road);
+  if (since > 0 || answer === 0) return;
+  const words = t('netgame.staged.at_once'),
+    wide = widthOf(pen, colours, words, true);
+  if (right > nose && right + 12 + wide < at.width)
+    drawText(pen, colours, words, right + 12, road.y, { bold: true, colour: colours.markText });
+  else if (edge - size * 1.4 - wide > 4) drawText(pen, colours, words, edge - size * 1.3 - 8, level, { align: 'right', bold: true });
 }
