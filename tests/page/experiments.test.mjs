@@ -117,7 +117,7 @@ test('a first experiment is there for a scenario of each kind, and counted by th
   await reads(estimate(page), /^5 runs of 5 points, less than a second/);
   for (const [id, path] of [
     ['motion/pendulum', 'methods.0.dt_s'],
-    ['rigid/pyramid', 'solver.iterations'],
+    ['rigid/pyramid', 'solver.substeps'],
     ['fluid/taylor_green', ''],
   ]) {
     await page.selectOption('#of', id);
