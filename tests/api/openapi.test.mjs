@@ -456,6 +456,11 @@ test('speed against error', async () => {
   await call('delete', `${T}/{id}`, { id }, 204, { key });
   await call('delete', `${T}/{id}`, { id }, 404, { key });
   await call('get', `${T}/{id}`, { id }, 404);
+  const long = { family: 'synchronisation', seeds: 100 },
+    running = (await call('post', T, {}, 202, { body: long })).json;
+  assert.equal((await call('post', T, {}, 200, { body: long })).json.id, running.id);
+  await call('post', T, {}, 409, { body: { ...long, methods: ['free'] } });
+  await call('delete', `${T}/{id}`, { id: running.id }, 204, { key: running.owner_key });
 });
 
 test('a class: codes that do not exist, and who may open one', async () => {
