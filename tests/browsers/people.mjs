@@ -144,7 +144,8 @@ export async function firstVisit(open, lang, also = {}) {
       assert.ok(Date.now() < end, `not within ${LATE_MS} ms: ${what}`);
   };
   const says = async (/** @type {string} */ key, /** @type {Record<string, string>} */ values = {}) => {
-    for (const part of ['was', 'do']) await reads(me, '#front-line', reading(words[`front.${key}.${part}`], values));
+    for (const part of ['was', 'do'])
+      await reads(me, '#front-line', reading(words[`front.${key}.${part}`], { key: me.finger ? words['front.go'] : '→', ...values }));
   };
   const go = async () => {
     if (me.finger) return me.finger('.pedal[data-way="ahead"]');

@@ -7,8 +7,9 @@ import { befriend } from './opponent.js';
 
 /** @typedef {'ahead' | 'back'} Way */
 
-/** Of A; by: what was used last. @type {import('@preact/signals-core').Signal<{ahead: boolean, back: boolean, by: 'keys' | 'pads'}>} */
-export const held = signal({ ahead: false, back: false, by: 'keys' });
+/** Of A; by: what was used last, and before that what a finger or a keyboard would use.
+ * @type {import('@preact/signals-core').Signal<{ahead: boolean, back: boolean, by: 'keys' | 'pads'}>} */
+export const held = signal({ ahead: false, back: false, by: matchMedia('(pointer: coarse)').matches ? 'pads' : 'keys' });
 /** Time of the session, s, when a person last drove; resting: it has been paused since. */
 export const driven = { at: 0, resting: false };
 
