@@ -9,6 +9,7 @@ import { onto } from '../../../workbench/canvas.js';
 import { mark } from '../../../workbench/player_mark.js';
 import { layout } from '../core/layout.js';
 import { memory } from '../core/state.js';
+import { drawFlight } from './flight.js';
 import { drawDecided, drawSeen, hitOf } from './hit.js';
 import { drawPace, paceWords } from './pace.js';
 
@@ -43,6 +44,21 @@ function paceTemplate() {
   return box('pace', head, title, 'waiting');
 }
 
+/** @returns {Template} */
+function flightTemplate() {
+  const title = t('netgame_more.flight.title'),
+    tested = params.value?.server?.projectile_trace === 'parabola';
+  return box(
+    'flight',
+    html`<b>${title}</b><small>${t(tested ? 'netgame_more.flight.legend.parabola' : 'netgame_more.flight.legend')}</small>`,
+    title,
+    'path',
+  );
+}
+
+/** What is drawn, by what the lesson looks at. @type {Record<string, () => Template>} */
+const TEMPLATES = { cover: hitTemplate, path: flightTemplate, waiting: paceTemplate };
+
 /** @param {boolean} to the views @param {string} text @returns {Template} */
 const swap = (to, text) =>
   html`<p class="swap"><button type="button" class="link" @click=${() => {
@@ -51,10 +67,10 @@ const swap = (to, text) =>
 
 /** @returns {Template} */
 export function template() {
-  const hit = look.value?.at === 'cover';
+  const at = look.value?.at ?? '';
   return html`<main class="closeups" data-tab="all">
-    <div class="parts" id="views" tabindex="-1">${hit ? hitTemplate() : paceTemplate()}</div>
-    ${swap(true, t(hit ? 'netgame_more.hit.views' : 'netgame_more.pace.views'))}</main>`;
+    <div class="parts" id="views" tabindex="-1">${TEMPLATES[at]?.()}</div>
+    ${swap(true, t(at === 'waiting' ? 'netgame_more.pace.views' : 'netgame_more.hit.views'))}</main>`;
 }
 
 /** The way back. @returns {Template} */
@@ -104,6 +120,16 @@ function drawHit(now, shape, named) {
   name('hit-own', back === '' ? screen : `${screen}: ${back}`);
 }
 
+/** @param {Frame} now @param {import('../core/layout.js').Layout} shape */
+function drawShell(now, shape) {
+  const { projectile_speed_mps: speed = 0, gravity_mps2: gravity = 0 } = params.value?.params ?? params.value ?? {};
+  const parabola = params.value?.server?.projectile_trace === 'parabola';
+  onto('flight', (surface) => {
+    const { pen, width, height } = surface;
+    drawFlight({ pen, width, height, colours: coloursOf(surface), frame: now, layout: shape, player: victim(), speed, gravity, parabola });
+  });
+}
+
 /** @param {Frame} now @param {boolean} named */
 function drawWaits(now, named) {
   const at = {
@@ -128,5 +154,6 @@ export function draw(now, named) {
   const shape = layout.value;
   if (shape === null) return;
   if (look.value?.at === 'cover') drawHit(now, shape, named);
+  else if (look.value?.at === 'path') drawShell(now, shape);
   else drawWaits(now, named);
 }

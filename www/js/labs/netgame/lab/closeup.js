@@ -9,7 +9,7 @@ const read = signal(null);
 
 const wanted = computed(() => {
   const { at, player } = look.value ?? { at: '' };
-  return at === 'cover' || (at === 'waiting' && player !== undefined); /* a player whose world waits */
+  return at === 'cover' || at === 'path' || (at === 'waiting' && player !== undefined); /* a player whose world waits */
 });
 
 /** Null where the views are shown. */

@@ -244,6 +244,18 @@ function drawGaps(at) {
   return lost;
 }
 
+/** Reports when the upper player sent the input whose answer is its newest, and when that came. @param {Lanes} at */
+function reportAnswer(at) {
+  const { x, now, span, top } = places(at);
+  const answered = messages(at, INPUT, at.shown[0])
+    .map((input) => ({ from: input.begin_s, to: lifeOf(at.memory, input).state?.end_s ?? Infinity }))
+    .filter(({ from, to }) => from >= now - span && to <= now)
+    .at(-1);
+  if (!answered) return;
+  place(at.pen.canvas, 'sent', x(answered.from), top, answered.from * 1000);
+  place(at.pen.canvas, 'answer', x(answered.to), top, answered.to * 1000);
+}
+
 /** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} one of how many inputs and snapshots is
  * drawn; missing
  * events; the caption of the drawing */
@@ -267,6 +279,7 @@ export function drawLanes(at) {
     ['step.before', steps.at(-2)],
   ]))
     if (one) place(at.pen.canvas, name, x(one.begin_s), middle, one.begin_s * 1000);
+  reportAnswer(at);
   const every = Math.max(1, Math.ceil(steps.length / 80));
   for (const step of steps) if (step.number % every === 0) pen.fillRect(Math.round(x(step.begin_s)), top, 1, bottom - top);
   pen.save();
