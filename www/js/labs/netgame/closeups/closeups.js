@@ -56,7 +56,7 @@ function flightTemplate() {
   );
 }
 
-/** What is drawn, by what the lesson looks at. @type {Record<string, () => Template>} */
+/** What is drawn, by the look of the lesson. @type {Record<string, () => Template>} */
 const TEMPLATES = { cover: hitTemplate, path: flightTemplate, waiting: paceTemplate };
 
 /** @param {boolean} to the views @param {string} text @returns {Template} */
