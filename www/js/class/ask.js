@@ -3,7 +3,7 @@ import { html, nothing, svg } from '../../vendor/lit-html.js';
 import { amountOf, choiceOf, lessonOf, questionOf, saidOf, sayOf, whyOf } from './lesson.js';
 import { since } from '../workbench/since.js';
 import { me, now } from './state.js';
-import { rich, t } from '../base/words.js';
+import { language, rich, t } from '../base/words.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./lesson.js').Lesson} Lesson */
@@ -20,11 +20,21 @@ export const answered = () => html`${rich('class.answered', { n: html`<b>${now.v
 const LONG = 95,
   MIDDLE = 55; /* characters of a question that are set smaller */
 
-/** What is asked, in the largest letters that have room. @returns {Template} */
+/** The last sentence of a question, and what stands before it. */
+const PARTS = /^(.*[.!:])\s+([^.!]*\?)$/s;
+
+/** What is asked, in the largest letters that have room, below what one must know for it. @returns {Template} */
 export function asked() {
   const text = questionOf(lessonOf(now.value?.question?.lesson ?? now.value?.lesson ?? '')),
-    size = text.length > LONG ? 'small' : text.length > MIDDLE ? 'middle' : 'large';
-  return html`<h2 class="asked" data-size=${size}>${text}</h2>`;
+    [, before = '', question = text] = PARTS.exec(text) ?? [],
+    size = question.length > LONG ? 'small' : question.length > MIDDLE ? 'middle' : 'large';
+  return html`<div class="asked" data-size=${size}>${before === '' ? nothing : html`<p>${before}</p>`} <h2>${question}</h2></div>`;
+}
+
+/** What a choice means, in a few words. @param {Lesson | null} lesson @param {number} choice @returns {Template | typeof nothing} */
+export function hinted(lesson, choice) {
+  const hint = lesson?.choices[choice]?.hint;
+  return hint ? html`<small>${hint[language.value]}</small>` : nothing;
 }
 
 /** @param {(choice: number) => void} vote @returns {Template} */
@@ -36,7 +46,7 @@ export function ballot(vote) {
     ${Array.from(
       { length: question?.choices ?? 0 },
       (_, i) => html`<label class="answer"><input type="radio" name="class-answer" .checked=${mine === i}
-      @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span><kbd aria-hidden="true">${i + 1}</kbd></label>`,
+      @change=${() => vote(i)}><span>${choiceOf(lesson, i)}</span>${hinted(lesson, i)}<kbd aria-hidden="true">${i + 1}</kbd></label>`,
     )}</fieldset>`;
 }
 
@@ -76,9 +86,11 @@ export function results() {
 
 /** What the lesson measures, in yellow. @param {Lesson} lesson @returns {Template} */
 export function measured(lesson) {
-  const right = lesson.choices.findIndex((one) => one.right),
-    named = lesson.choices[right]?.label ? `${saidOf(lesson, right)}: ` : '';
-  return html`<p class="measured"><span>${t('class.was')}</span> <b>${named}${amountOf(lesson.answer)}</b></p>`;
+  const { says } = lesson.answer,
+    right = lesson.choices.findIndex((one) => one.right),
+    named = !says && lesson.choices[right]?.label ? `${saidOf(lesson, right)}: ` : '';
+  return html`<p class="measured"><span>${says?.[language.value] ?? t('class.was')}</span>
+    <b>${named}${amountOf(lesson.answer)}</b></p>`;
 }
 
 /** Where a lesson's number comes from, as a line of time; it stands in place of the board's drawings. @param {Lesson} lesson
@@ -91,6 +103,13 @@ export const timeLine = ({ line = [], numbers }) =>
 /** The number without and with the change. @param {Lesson} lesson @returns {Template} */
 export const compared = (lesson) => html`<dl class="compared"><div><dt>${t('class.before')}</dt><dd>${amountOf(lesson.answer)}</dd></div>
     <div class="after"><dt>${t('class.after')}</dt><dd>${amountOf(lesson.change.answer)}</dd></div></dl>`;
+
+/** The choice that most have taken, as far as it is known; -1: none. */
+export function mostChosen() {
+  const tally = now.value?.tally ?? [],
+    most = Math.max(0, ...tally);
+  return most === 0 ? -1 : tally.indexOf(most);
+}
 
 /** The wrong choice that most have taken; -1: none. @param {Lesson} lesson @param {number[]} tally */
 function mostWrong({ choices }, tally) {

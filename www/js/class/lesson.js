@@ -65,7 +65,7 @@ export const whyOf = (lesson, choice) => (lesson.choices[choice] ? filled(lesson
 export const amountOf = ({ value, unit }) => amount(value, unit);
 
 /** The steps of a lesson by the phases of a class. @type {Record<string, number>} */
-const STEPS = { predict: 1, locked: 1, run: 2, stopped: 3, explain: 4, change: 5 };
+export const STEPS = { predict: 1, locked: 1, run: 2, stopped: 3, explain: 4, change: 5 };
 
 /** The drawings show what this phase of the lesson is about. @param {Lesson | null} lesson @param {string} phase */
 export function point(lesson, phase) {

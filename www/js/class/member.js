@@ -66,6 +66,11 @@ export async function vote(choice) {
   }
 }
 
+/** A flag on the road is an answer. @param {number} choice */
+export function plant(choice) {
+  if (part.peek() === 'member' && isOpen()) vote(choice);
+}
+
 /** The keys 1 to 8 vote. */
 document.addEventListener(
   'keydown',

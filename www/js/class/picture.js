@@ -1,5 +1,6 @@
 // Which drawing of a lab a stage shows: that of the sentence, or the scene.
 import { shows } from '../draw/shown.js';
+import { staged } from '../session/state.js';
 
 /** @typedef {import('./lesson.js').Lesson} Lesson */
 
@@ -26,6 +27,9 @@ function pointed(root, { look: { at, player } }) {
 const scene = (root, lesson) =>
   root.querySelector(`.row [data-of="${lesson?.look.player ?? 0}"], .worlds, .stage, .row.motion`) ?? root.querySelector('.row canvas');
 
+/** @param {ParentNode} root */
+const server = (root) => root.querySelector('.row:has(> [data-of="server"])');
+
 /** Shows all of it. @param {HTMLElement} root */
 export function release(root) {
   for (const element of root.querySelectorAll('[data-aside]')) element.removeAttribute('data-aside');
@@ -42,4 +46,6 @@ export const pick = (lesson, phase, driver) => (root) => {
   let at = wanted?.closest(PARTS) ?? null;
   for (; at !== null && at.parentElement !== null && at !== root; at = at.parentElement)
     for (const other of at.parentElement.children) if (other !== at) other.toggleAttribute('data-aside', true);
+  if (phase === 'change' && (staged.peek()?.press ?? 0) > 0)
+    server(root)?.toggleAttribute('data-aside', true); /* it does the same in both runs */
 };

@@ -3,20 +3,22 @@ import { effect } from '../../vendor/signals-core.js';
 import { html, nothing, render } from '../../vendor/lit-html.js';
 import { Problem, call, make, styleSheet } from '../base/api.js';
 import { touch } from '../draw/redraw.js';
-import { keep, keyOf } from '../session/opening.js';
+import { keep as keepKey, keyOf } from '../session/opening.js';
 import { showAddress } from '../session/params.js';
 import { again, show, showBoard } from '../session/session.js';
-import { camera, connection, notify, picked, place, session } from '../session/state.js';
+import { camera, connection, frame, notify, picked, place, session } from '../session/state.js';
 import { patience } from '../stream/connection.js';
+import { mostChosen } from './ask.js';
 import { joinView, tidy } from './join.js';
 import { forgetClass, kept } from './kept.js';
 import { lessonOf, lessons, point, readLesson, readLessons } from './lesson.js';
 import { Line } from './line.js';
-import { begin as attend, isRemoved, take } from './member.js';
+import { begin as attend, isRemoved, plant, take } from './member.js';
 import { draw as drawMenu } from './menu.js';
 import { phone } from './phone.js';
 import { pick, release } from './picture.js';
-import { aboveWorkbench, stage } from './stage.js';
+import { aboveWorkbench, stage as stageView } from './stage.js';
+import { keep, stage } from './staged.js';
 import { attempt, devices, driving, me, now, out, part, reason, room, say, secret, shows, staged, told } from './state.js';
 import { boardOf, begin as lead, prepare, putBoard, questionOf } from './teacher.js';
 import { need, t } from '../base/words.js';
@@ -36,7 +38,7 @@ function view() {
 
 function template() {
   const name = view();
-  if (name === 'stage') return stage();
+  if (name === 'stage') return stageView();
   if (name === 'teach') return aboveWorkbench();
   if (name === 'member') return phone();
   return name === 'join' ? joinView(find) : nothing;
@@ -88,8 +90,14 @@ async function begin() {
       of = part.value === '' ? null : lessonOf(lesson);
     place.value = { ...place.peek(), staged: views };
     point(views ? of : null, phase);
+    stage(views ? of : null, phase, part.value === 'teacher', part.value === 'teacher' ? mostChosen() : (me.value?.choice ?? -1), plant);
     if (views && driving.value && part.value === 'member') camera.value = CLOSE;
     picked.value = views ? pick(of, phase, driving.value ? (me.value?.player ?? null) : null) : release;
+  });
+  effect(() => {
+    const at = frame.value,
+      { lesson = '', phase = '' } = now.value ?? {};
+    if (staged.value) keep(at, lessonOf(lesson), phase);
   });
   effect(() => {
     const key = secret.value;
@@ -171,7 +179,7 @@ async function firstBoard({ id, teacher_key: key }, lesson) {
     return shown.id;
   }
   const board = await call('PUT', `classes/${id}/board`, { body: boardOf(lesson), key });
-  keep(board.id, board.owner_key, false);
+  keepKey(board.id, board.owner_key, false);
   await prepare(lesson, board.id, board.owner_key);
   await call('PATCH', `classes/${id}`, { body: questionOf(lesson), key });
   return board.id;

@@ -3,7 +3,7 @@ import { html, nothing } from '../../vendor/lit-html.js';
 import { slower } from '../base/format.js';
 import { speed } from '../session/state.js';
 import { qr } from '../workbench/qr.js';
-import { allOf, answered, asked, compared, explained, measured, results, timeLine } from './ask.js';
+import { allOf, answered, asked, compared, explained, hinted, measured, results, timeLine } from './ask.js';
 import { choiceOf, lessonOf, sayOf, titleOf } from './lesson.js';
 import { foot, nextButtons } from './next.js';
 import { seatList } from './seats.js';
@@ -85,7 +85,7 @@ function choices() {
     longest = Math.max(0, ...names.map(({ length }) => length)) * (names.length > 4 ? 1.25 : 1);
   return html`<ol class="choices" aria-label=${t('class.choices')} data-rows=${names.length > 5 ? 2 : 1} data-size=${
     longest > 14 ? 'small' : longest > 8 ? 'middle' : 'large'
-  }>${names.map((name, i) => html`<li><span>${i + 1}</span><b>${name}</b></li>`)}</ol>`;
+  }>${names.map((name, i) => html`<li><span>${i + 1}</span><b>${name}</b>${hinted(lesson, i)}</li>`)}</ol>`;
 }
 
 /** @param {unknown} text @returns {Template} */

@@ -1,11 +1,12 @@
 // What the teacher does to a class.
 import { effect, signal, untracked } from '../../vendor/signals-core.js';
 import { call } from '../base/api.js';
+import { CHANGE, stopOf } from '../lessons/steps.js';
 import { keep, keyOf } from '../session/opening.js';
 import { show } from '../session/session.js';
 import { params, place, session } from '../session/state.js';
 import { keepClass } from './kept.js';
-import { lessons, readLesson, readLessons } from './lesson.js';
+import { lessonOf, lessons, readLesson, readLessons } from './lesson.js';
 import { now, part, reason, room, say, secret, shows } from './state.js';
 import { language, t } from '../base/words.js';
 
@@ -100,11 +101,12 @@ export async function prepare({ speed, start_tick = 0 }, board, key) {
     await call('POST', `sessions/${board}/control`, { body, key });
 }
 
-/** Another session on the board, which plays at the lesson's speed. @param {Lesson} lesson @param {Record<string, unknown>} [changed]
+/** Another session on the board, which plays at the lesson's speed. @param {Lesson} lesson @param {boolean} [changed] with its change
  * @returns {Promise<boolean>} whether it is there, and nothing was chosen meanwhile */
-async function renew(lesson, changed) {
-  const mine = ++turn;
-  const made = await ask('PUT', '/board', boardOf(lesson, changed));
+async function renew(lesson, changed = false) {
+  const mine = ++turn,
+    { set: other, speed = lesson.speed } = lesson.change;
+  const made = await ask('PUT', '/board', boardOf(lesson, changed ? other : {}));
   if (made === null) return false;
   keep(made.id, made.owner_key, false);
   if (mine !== turn) {
@@ -112,17 +114,14 @@ async function renew(lesson, changed) {
     return false;
   }
   follow(made.id);
-  await tried(() => prepare(lesson, made.id, made.owner_key));
+  await tried(() => prepare(changed ? { ...lesson, speed } : lesson, made.id, made.owner_key));
   return mine === turn;
 }
 
 /** Runs a lesson once more, with its change. @param {Lesson} lesson */
 async function change(lesson) {
-  const { set: changed } = lesson.change,
-    hz = Number(params.peek()?.hz ?? 0),
-    wanted = Number(changed.hz ?? hz),
-    stop = hz > 0 ? Math.round((lesson.stop_tick * wanted) / hz) : lesson.stop_tick;
-  if (await renew(lesson, changed)) await set({ phase: 'change', stop_tick: stop });
+  const stop = stopOf(lesson, CHANGE, Number(params.peek()?.hz ?? 60));
+  if (await renew(lesson, true)) await set({ phase: 'change', stop_tick: stop });
 }
 
 /** Shows the scene of a lesson and prepares its question; empty for a question that the teacher asks aloud. @param {string} id
@@ -149,7 +148,10 @@ export function next() {
   if (at === 'locked') return to('run');
   if (at === 'run' || at === 'stopped') return to('explain');
   if (lesson === '') return to('predict', 'class.next.again');
-  if (at === 'explain') return to('change');
+  if (at === 'explain') {
+    const says = lessonOf(lesson)?.change.says;
+    return says ? { ...to('change', 'class.next.to'), values: { what: says[language.value] } } : to('change');
+  }
   const following = lessons.value[lessons.value.findIndex(({ id }) => id === lesson) + 1];
   if (!following) return at === 'free' ? to('lobby') : to('free');
   const question = () => choose(following.id, true);

@@ -32,8 +32,9 @@ import { file, filled, ready, word } from './words.js';
 /** @typedef {import('./words.js').Text} Text */
 /** @typedef {import('./words.js').Unit} Unit */
 /** @typedef {import('../base/link.js').Value} Value */
-/** @typedef {{value: number, label?: Text, right?: true, why: Text}} Choice */
+/** @typedef {{value: number, label?: Text, hint?: Text, right?: true, why: Text}} Choice */
 /** @typedef {{value: number, unit: Unit}} Answer */
+/** @typedef {{set: Record<string, Value>, answer: Answer, says?: Text, stop_tick?: number, speed?: number}} Changed */
 /** @typedef {{view: string, from: string, to: string, along?: 'x' | 'y' | 'line', label?: Text}} ShownOf */
 /**
  * A file of www/lessons; docs/lessons.md explains its members.
@@ -43,7 +44,7 @@ import { file, filled, ready, word } from './words.js';
  * moments?: {text: Text, ticks: number[]}, camera?: import('../session/state.js').Camera,
  *   headings?: Partial<Record<'observe' | 'change', Text>>, bars?: Record<'observe' | 'change', {text: Text, number: string}[]>,
  *   shows?: Partial<Record<'observe' | 'change', ShownOf>>, steps: Record<'predict' | 'observe' | 'explain' | 'change', Text>,
- *   choices: Choice[], answer: Answer, change: {set: Record<string, Value>, answer: Answer, stop_tick?: number, speed?: number},
+ *   choices: Choice[], answer: Answer & {says?: Text}, change: Changed,
  *   controls?: Partial<Record<StepName, string[]>>, numbers: Record<string, {value: number, digits: number}>, minutes: number, age: number,
  * hooks: string[], misconceptions: Text[]}} Lesson
  */
@@ -115,11 +116,11 @@ export function choose(next) {
   }
 }
 
-/** Where the session of a step stops. @param {Lesson} of @param {number} step */
-function stopOf(of, step) {
+/** Where the session of a step stops. @param {Lesson} of @param {number} step @param {number} [first] ticks a second without the change */
+export function stopOf(of, step, first = plainHz) {
   const hz = Number(of.change.set.hz ?? 0);
   if (step === CHANGE && of.change.stop_tick !== undefined) return of.change.stop_tick;
-  return step === CHANGE && hz > 0 ? Math.round((of.stop_tick * hz) / plainHz) : of.stop_tick;
+  return step === CHANGE && hz > 0 ? Math.round((of.stop_tick * hz) / first) : of.stop_tick;
 }
 
 /** What a step leaves to be used. @param {Lesson} of @param {number} step @returns {string[]} */
@@ -226,7 +227,7 @@ export async function remake(path, value) {
 }
 
 /** Whether the last step compares with a frame of the first run. @param {Lesson} of */
-const compares = ({ shows: of }) => [of?.change?.from, of?.change?.to].some((name) => name?.endsWith('.first'));
+export const compares = ({ shows: of }) => [of?.change?.from, of?.change?.to].some((name) => name?.endsWith('.first'));
 
 /** Brings the session to where a step begins. @param {Lesson} of @param {number} step @returns {Promise<boolean>} whether it is there */
 async function place(of, step) {
@@ -362,37 +363,46 @@ async function arrive(at) {
 const RECORDED_TICKS = 600; /* before the stop */
 let stagings = 0;
 
+/** What a lesson adds to the drawings at a step, without its runs; null: nothing. @param {Lesson} of @param {number} step
+ * @param {number} chosen @param {(choice: number) => void} plant @returns {import('../session/state.js').Staged | null} */
+export function stagedOf(of, step, chosen, plant) {
+  const named = JSON.stringify(of.shows ?? {}); /* the other labs record their own */
+  if (!/"view":"(server|player_\d|first)"/.test(named) || (of.camera === undefined && !/\.(first|before)"/.test(named))) return null;
+  const key = of.workload?.inputs.at(-1);
+  return {
+    player: of.look.player ?? 0,
+    press: key ? key.tick + 1 : 0,
+    brake: (key?.axes[0] ?? 0) < 0,
+    first: null,
+    now: null,
+    flags: key && of.answer.unit.en === 'ms' ? of.choices.map(({ value }) => value) : [],
+    chosen,
+    plant,
+    step,
+    line: (of.line ?? []).map((name) => of.numbers[name]?.value ?? 0),
+  };
+}
+
+/** The runs of a lesson tick by tick: the first one, and that of a step. @param {Lesson} of @param {number} step
+ * @param {Record<string, Value>} [own] settings of a person */
+export async function runsOf(of, step, own = {}) {
+  const to = stopOf(of, CHANGE),
+    from = Math.max(startOf(of), to - (of.camera ? RECORDED_TICKS : 1));
+  const first = await record(of, of.set, from, to);
+  return { first, now: step === CHANGE ? await record(of, { ...of.set, ...of.change.set, ...own }, from, to) : first };
+}
+
 /** What the lesson that is shown adds to the drawings: at once what is known, then its runs. */
 export async function stage() {
   const now = opened.value,
-    mine = ++stagings;
-  const named = JSON.stringify(now?.shows ?? {}); /* the other labs record their own */
-  if (now === null || !/"view":"(server|player_\d|first)"/.test(named) || (now.camera === undefined && !/\.(first|before)"/.test(named))) {
-    staged.value = null;
-    return;
-  }
-  const key = now.workload?.inputs.at(-1),
+    mine = ++stagings,
     step = lesson.value?.step ?? 1,
-    to = stopOf(now, CHANGE);
-  const flags = key && now.answer.unit.en === 'ms' ? now.choices.map(({ value }) => value) : [];
-  const next = {
-    player: now.look.player ?? 0,
-    press: key ? key.tick + 1 : 0,
-    brake: (key?.axes[0] ?? 0) < 0,
-    first: staged.value?.first ?? null,
-    now: /** @type {import('../session/state.js').Recorded | null} */ (null),
-    flags: flags,
-    chosen: choice.value ?? SKIPPED,
-    plant: choose,
-    step,
-    line: (now.line ?? []).map((name) => now.numbers[name]?.value ?? 0),
-  };
-  staged.value = next;
+    next = now === null ? null : stagedOf(now, step, choice.value ?? SKIPPED, choose);
+  staged.value = next === null ? null : { ...next, first: staged.value?.first ?? null };
+  if (now === null || next === null) return;
   try {
-    const from = Math.max(startOf(now), to - (now.camera ? RECORDED_TICKS : 1));
-    const first = await record(now, now.set, from, to),
-      second = step === CHANGE ? await record(now, { ...now.set, ...now.change.set, ...given }, from, to) : first;
-    if (mine === stagings) staged.value = { ...next, first, now: second };
+    const runs = await runsOf(now, step, given);
+    if (mine === stagings) staged.value = { ...next, ...runs };
   } catch (error) {
     if (mine === stagings) notify(error instanceof Error ? error.message : String(error));
   }

@@ -45,11 +45,12 @@ export function since({ parts, now, asked }) {
           most >= from + long
             ? svg`<text class="waited" data-last=${y < label}
               x=${x(y < label ? from + long : from + long / 2)} dx=${y < label ? -8 : 0} y=${label}
-              text-anchor=${y < label ? 'end' : 'middle'}>${t('workbench.since.waits', { ms: ms(long) })}</text>`
+              text-anchor=${y < label ? 'end' : 'middle'}>${t('workbench.since.waits', { ms: short(long) })}</text>`
             : nothing
         }`
       : nothing;
   const over = most >= total;
+  const short = (/** @type {number} */ value) => digits(Math.round(value), 0, 0); /* the axis says of what */
   const said = { there: ms(there), wait: ms(wait), back: ms(back), frame: ms(frame), total: ms(total) };
   return html`<div class="since" role="img" aria-label=${asked ? t('workbench.since.asks', said) : t('workbench.since.is', said)}>
     <p aria-hidden="true"><b>${t('workbench.since.screen')}</b><b>${t('workbench.since.server')}</b></p><svg aria-hidden="true">
@@ -60,7 +61,7 @@ export function since({ parts, now, asked }) {
       )}
       <line class="screen" x1=${x(0)} y1="22" x2=${x(span)} y2="22"></line>
       <line class="server" x1=${x(0)} y1="108" x2=${x(span)} y2="108"></line>
-      ${way(0, there, [22, 108], t(asked ? 'workbench.since.on_way' : 'workbench.since.there', { ms: ms(there) }))}
+      ${way(0, there, [22, 108], asked ? t('workbench.since.on_way', { ms: ms(there) }) : t('workbench.since.there', { ms: short(there) }))}
       ${
         asked
           ? svg`<text class="ask" x=${x(there + wait + back / 2)} y="78"
@@ -68,14 +69,14 @@ export function since({ parts, now, asked }) {
           : nothing
       }
       ${asked ? nothing : waiting(there, wait, 108, 94)}
-      ${asked ? nothing : way(there + wait, back, [108, 22], t('workbench.since.back', { ms: ms(back) }))}
+      ${asked ? nothing : way(there + wait, back, [108, 22], t('workbench.since.back', { ms: short(back) }))}
       ${asked ? nothing : waiting(there + wait + back, frame, 22, 98)}
       <svg x=${x(0)} y="22" class="dot"><circle r="7"></circle></svg>
       ${
         over && !asked
           ? svg`<line class="upright" x1=${x(total)} y1="22" x2=${x(total)} y2="112"></line>
         <svg x=${x(total)} y="22" class="dot lit"><circle r="8"></circle></svg>
-        <text class="total" x=${x(total)} dx="-8" y="80"
+        <text class="total" x=${x(total)} dx="10" y="11"
         text-anchor="end">${ms(total)}</text>`
           : nothing
       }

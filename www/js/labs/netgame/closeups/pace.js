@@ -53,14 +53,22 @@ function wayOf(at, wait, player) {
   return relay && input && relay.end_s > wait.from - EPS ? { input, relay } : null;
 }
 
+/** Lines of text below the rows: with another pace and the sum, with one of them, and bare, where there is no room. */
+const BARE = 2.2,
+  FEET = [9, 5.8, BARE],
+  LEAST = 2; /* lines, of a row */
+
 /** @param {Drawing} at */
 function places(at) {
   const { colours, width, height, frame } = at,
     rows = frame.views.length - 1,
-    foot = colours.text * (at.before ? 9 : 5.6),
     left = width < 600 ? colours.text * 4 : colours.text * 9,
     top = colours.text * 1.7,
-    high = (height - foot - top - colours.text * 1.6) / (rows + 0.8);
+    feet = at.before ? FEET : FEET.slice(1),
+    rest = (/** @type {number} */ lines) => (height - top - colours.text * (lines + 1.6)) / (rows + 0.8),
+    lines = feet.find((one) => rest(one) >= colours.text * LEAST) ?? BARE,
+    foot = colours.text * lines,
+    high = rest(lines);
   const start = frame.time_s + AHEAD_S - SPAN_S,
     scale = (width - left - 18) / SPAN_S;
   /* the last player below the server, the others above it */
@@ -73,6 +81,8 @@ function places(at) {
     server: top + high * (rows - 1 + 0.4),
     axis: height - foot - colours.text * 0.6,
     foot: height - foot,
+    ghosts: at.before !== null && lines !== BARE,
+    sums: lines === feet[0],
     right: left + SPAN_S * scale,
     x: (/** @type {number} */ time) => left + (time - start) * scale,
     thick: Math.min(34, high * 0.5),
@@ -412,8 +422,8 @@ export function drawPace(at) {
   const way = marked ? wayOf(at, marked, player) : null;
   if (marked && way) key(at, where, way, sender, true);
   if (marked) period(at, where, marked);
-  ghost(at, where, where.foot + colours.text * 2);
-  sum(at, height - colours.text * 1.4);
+  if (where.ghosts) ghost(at, where, where.foot + colours.text * 2);
+  if (where.sums) sum(at, height - colours.text * 1.4);
 }
 
 /** The same in words. @param {Drawing} at @returns {string} */

@@ -96,7 +96,7 @@ function drawView(canvas, now, name) {
     run: staged.value?.now ?? null,
     first: staged.value?.step === 5 ? staged.value.first : null,
     view,
-    overlays: overlays.value,
+    overlays: place.value.staged ? { ...overlays.value, labels: false } : overlays.value /* a class reads sentences */,
     unit: presented.value && unit.value === 'px' ? 'm' : unit.value /* pixels of a projector mean nothing */,
     picked,
   };

@@ -7,6 +7,8 @@ const LEAST_M = 30; /* long enough for a car, its ghost and their label */
 const STEP = 1.25; /* the part shown grows by this factor: its scale changes seldom */
 const AHEAD = 0.55; /* where the foremost car is, from the left */
 
+const BEFORE_M = 2.5; /* a car at the start is whole */
+
 const NARROW = 500; /* px */
 
 /** @param {Layout} layout @param {number} left m @param {number} wide m @returns {Layout} */
@@ -17,7 +19,7 @@ function around(layout, xs, least) {
   const front = Math.max(...xs),
     needed = (front - Math.min(...xs)) / (AHEAD - 0.2);
   const wide = Math.max(least, least * STEP ** Math.ceil(Math.log(Math.max(needed, least) / least) / Math.log(STEP)));
-  return part(layout, Math.max(layout.scene.x_min, front - wide * AHEAD), wide);
+  return part(layout, Math.max(layout.scene.x_min - BEFORE_M, front - wide * AHEAD), wide);
 }
 
 /** As a lesson wants it. @param {Layout} layout @param {import('../core/frame.js').Frame} frame

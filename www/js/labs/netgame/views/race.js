@@ -33,7 +33,7 @@ function levelsOf({ frame, only }) {
 }
 
 /** Above the lanes. @param {DrawContext} at @returns {number} px */
-const topOf = ({ staged, colours }) => (staged === null ? colours.text * 1.3 : staged.press > 0 ? colours.text * 2.6 : 4);
+const topOf = ({ staged, colours, view }) => (staged === null ? colours.text * 1.3 : staged.press > 0 && view > 0 ? colours.text * 2.6 : 4);
 
 /** Height of a lane. @param {DrawContext} at @returns {number} px */
 function laneHeight(at) {
@@ -102,7 +102,9 @@ function drawRoad(at) {
     const x = Math.round(toX(at, i * step));
     pen.fillStyle = colours.faint;
     pen.fillRect(x, bottom, 1, 5);
-    drawText(pen, colours, localized(`${Number((i * step).toPrecision(6))} m`), x, bottom + colours.axis, {
+    const words = localized(`${Number((i * step).toPrecision(6))} m`),
+      edge = colours.axis * 0.32 * words.length; /* at both ends it stays whole */
+    drawText(pen, colours, words, Math.max(edge, Math.min(width - edge, x)), bottom + colours.axis, {
       size: colours.axis,
       colour: colours.faint,
       align: 'center',

@@ -17,14 +17,16 @@ import { scaleX, toX } from './scene.js';
 
 const SLOWER = 0.05; /* m/s in a tick: it brakes */
 
-/** The first tick, from the key on, at which a view's car brakes; 0: none. The tick before is where it begins, as the key is pressed in the
- * tick before it counts. @param {Recorded} run @param {number} view @param {Staged} of */
+/** The first tick, from the key on, at which a view's car brakes; 0: none; -1: it may be one that the run lacks. The tick before is where
+ * it begins, as the key is pressed in the tick before it counts. @param {Recorded} run @param {number} view @param {Staged} of */
 function answered(run, view, { press, player }) {
-  let before = Infinity;
+  let before = Infinity,
+    last = 0;
   for (const [tick, views] of run) {
     const now = views[view]?.[player]?.vx ?? Infinity;
-    if (tick >= press && now < before - SLOWER) return tick;
+    if (tick >= press && now < before - SLOWER) return tick === last + 1 ? tick : -1;
     before = now;
+    last = tick;
   }
   return 0;
 }
@@ -68,8 +70,9 @@ function drawKey({ pen, colours }, player, brake, x, y, size) {
 }
 
 /** A watch and what it shows, in a yellow box: in front of the car, above the label of the band; where there is no room in front, above the
- * road. @param {DrawContext} at @param {string} text @param {number} nose px @param {Road} road @returns {number} px, its right edge */
-function drawWatch({ pen, colours, width }, text, nose, road) {
+ * road; asked: nothing yet. @param {DrawContext} at @param {string} text @param {number} nose px @param {Road} road
+ * @param {boolean} [asked] @returns {number} px, its right edge */
+function drawWatch({ pen, colours, width }, text, nose, road, asked = false) {
   const big = { ...colours, text: colours.text * 1.5 },
     r = big.text * 0.5,
     w = widthOf(pen, big, text, true) + r * 2 + 26,
@@ -77,14 +80,15 @@ function drawWatch({ pen, colours, width }, text, nose, road) {
     h = ahead ? big.text * 1.9 : Math.min(big.text * 1.9, road.top - 4),
     left = ahead ? nose + 14 : width - w - 4,
     y = ahead ? Math.min(road.y, road.bottom - LABEL - colours.text * 0.85 - 4 - h / 2) : road.top / 2;
-  pen.setLineDash([]);
-  pen.fillStyle = colours.mark;
-  pen.strokeStyle = colours.markLine;
+  pen.setLineDash(asked ? [7, 5] : []);
+  pen.fillStyle = asked ? colours.paper : colours.mark;
+  pen.strokeStyle = asked ? colours.accent : colours.markLine;
   pen.lineWidth = 2;
   pen.beginPath();
   pen.roundRect(left, y - h / 2, w, h, 8);
   pen.fill();
   pen.stroke();
+  pen.setLineDash([]);
   const cx = left + 10 + r;
   pen.strokeStyle = colours.ink;
   pen.fillStyle = colours.paper;
@@ -103,7 +107,7 @@ function drawWatch({ pen, colours, width }, text, nose, road) {
   pen.font = `700 ${big.text}px ${colours.font}`;
   pen.textAlign = 'left';
   pen.textBaseline = 'middle';
-  pen.fillStyle = colours.markText;
+  pen.fillStyle = asked ? colours.accent : colours.markText;
   pen.fillText(text, cx + r + 8, y + 1);
   return left + w;
 }
@@ -214,10 +218,15 @@ export function drawOver(at, of, run, road) {
   if (view === 0) {
     const seen = entitiesOf(frame, 1 + of.player)[of.player],
       apart = seen ? here.x - seen.x : 0;
-    const words = answer > 0 && frame.tick >= answer ? t('netgame.staged.brakes') : frame.tick < of.press ? '' : t('netgame.staged.knows');
-    if (nose + 10 + widthOf(pen, colours, words, true) < at.width - 4)
-      drawText(pen, colours, words, nose + 10, road.y - road.size * 0.2, { bold: true });
-    else drawText(pen, colours, words, at.width - 6, road.top / 2 + 1, { align: 'right', bold: true });
+    const words =
+      answer > 0 && frame.tick >= answer
+        ? t('netgame.staged.brakes')
+        : frame.tick < of.press || answer < 0
+          ? ''
+          : t('netgame.staged.knows');
+    const right = nose + 10 + widthOf(pen, colours, words, true) < at.width,
+      rear = nose - (road.size * LONG) / HIGH - 10;
+    drawText(pen, colours, words, right ? nose + 10 : rear, road.y - road.size * 0.2, { bold: true, align: right ? 'left' : 'right' });
     if (of.step < 3 || !seen || Math.abs(apart) * scaleX(at) < 16) return;
     const from = toX(at, seen.x),
       y = road.y + road.size * 0.42;
@@ -248,15 +257,18 @@ export function drawOver(at, of, run, road) {
     drawText(pen, colours, t(whole ? way : `${way}.short`, m), left, y, { bold: true });
     return;
   }
-  const flags = flagsOf(at, of);
+  const flags = flagsOf(at, of),
+    below = road.bottom - LABEL - colours.text * 0.9; /* there stands what the sentence is about */
   standing = { canvas: of.step === 1 ? pen.canvas : null, xs: flags };
   if (of.step === 1) {
     flags.forEach((x, i) => drawFlag(at, x, String(i + 1), road, i === of.chosen));
     const left = (flags.at(-1) ?? nose) + 14,
       words = t('netgame.staged.where');
-    if (left + widthOf(pen, colours, words, true) < at.width)
-      drawText(pen, colours, words, left, road.y, { bold: true, colour: colours.accent });
-  } else if (of.step < 5 && flags[of.chosen] !== undefined) drawFlag(at, flags[of.chosen] ?? 0, String(of.chosen + 1), road, true);
+    if (left + widthOf(pen, colours, words, true) + colours.text * 2 < at.width)
+      drawText(pen, colours, words, left + colours.text * 2, road.top / 2 + 1, { bold: true, colour: colours.accent });
+    if (left < at.width * 0.75) drawWatch(at, '? ms', left - 14, road, true);
+  } else if (of.step < 5 && flags[of.chosen] !== undefined)
+    drawFlag(at, flags[of.chosen] ?? 0, String(of.chosen + 1), { ...road, bottom: below }, true);
   if (!Number.isFinite(press)) return;
   const edge = toX(at, press) - 6,
     level = road.top / 2 + 1;
@@ -267,6 +279,7 @@ export function drawOver(at, of, run, road) {
       drawText(pen, colours, words, edge - size * 1.3 - 10, level, { align: 'right', bold: true });
     return;
   }
+  if (answer < 0 || (answer === 0 && !run.has(frame.tick))) return; /* the run ended before that */
   const since = Math.max(0, Math.min(frame.tick + 1, answer > 0 ? answer : Infinity) - of.press);
   const right = drawWatch(at, `${fixed((since / hz) * 1000, 0)} ms`, nose, road);
   if (since > 0 || answer === 0) return;
