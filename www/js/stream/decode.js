@@ -276,8 +276,12 @@ export function readSection(layout, base, bytes) {
 
 /** @param {Uint8Array} bytes raw deflate @returns {Promise<Uint8Array>} */
 async function inflate(bytes) {
-  const stream = new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (bytes)]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  /* Not by way of a Blob: that lies in another process. */
+  const { readable, writable } = new DecompressionStream('deflate-raw'),
+    writer = writable.getWriter(),
+    answer = new Response(readable).arrayBuffer();
+  await Promise.all([writer.write(/** @type {Uint8Array<ArrayBuffer>} */ (bytes)), writer.close(), answer]);
+  return new Uint8Array(await answer);
 }
 
 /** One frame: its head, and the rows of each record as of then. Those of a log are the frame's own. */

@@ -35,6 +35,7 @@ const EVENTS_S = 5; /* of messages */
 const DOTS = 240; /* per view */
 const CURVE_POINTS = 4000;
 const CORRECTIONS_S = 1;
+const TORN_S = 0.3; /* at the speed of real time: 3 frames a second */
 const CONNECTION_EVENTS = 40;
 export const LATELY_S = 10; /* that means are of */
 const SAMPLE_S = 0.2;
@@ -42,13 +43,15 @@ const SAMPLE_S = 0.2;
 /** Curves of one player over the common time axis. */
 export class Curves {
   constructor() {
-    /** @type {number[]} */ this.own = [];
-    /** @type {number[]} */ this.remote = [];
-    /** @type {number[]} */ this.ownAge = [];
-    /** @type {number[]} */ this.remoteAge = [];
+    /** @type {(number | null)[]} */ this.own = [];
+    /** @type {(number | null)[]} */ this.remote = [];
+    /** @type {(number | null)[]} */ this.ownAge = [];
+    /** @type {(number | null)[]} */ this.remoteAge = [];
     /** @type {(number | null)[]} */ this.buffer = [];
   }
 }
+
+const listsOf = (/** @type {Curves} */ of) => [of.own, of.remote, of.ownAge, of.remoteAge, of.buffer];
 
 const slotOf = (/** @type {number} */ type, /** @type {number} */ player) => type * 256 + player;
 
@@ -219,6 +222,11 @@ export class Memory {
     return text;
   }
 
+  /** Whether frames were skipped before this one for so long that a straight line would not be what happened. @param {Frame} frame */
+  torn(frame) {
+    return this.last !== null && frame.time_s - this.last.time_s > TORN_S * Math.max(1, frame.session.speed);
+  }
+
   /** Flights: a trail grows while its entity is active. @param {Frame} frame */
   follow(frame) {
     frame.views.forEach((_, v) =>
@@ -233,6 +241,7 @@ export class Memory {
         }
         const trail = (trails[i] ??= []);
         const end = trail[trail.length - 1];
+        if (this.torn(frame) && end) trail.push({ x: NaN, y: NaN });
         if (!end || end.x !== e.x || end.y !== e.y) trail.push({ x: e.x, y: e.y });
       }),
     );
@@ -240,6 +249,10 @@ export class Memory {
 
   /** @param {Frame} frame */
   plot(frame) {
+    if (this.torn(frame)) {
+      this.times.push(frame.time_s - TORN_S / 2); /* with no value */
+      for (const curve of this.curves) for (const values of listsOf(curve)) values.push(null);
+    }
     this.times.push(frame.time_s);
     this.curves.forEach((curve, p) => {
       const view = frame.views[1 + p];
@@ -252,9 +265,7 @@ export class Memory {
     if (this.times.length > CURVE_POINTS) {
       const drop = CURVE_POINTS / 4;
       this.times.splice(0, drop);
-      for (const curve of this.curves) {
-        for (const values of [curve.own, curve.remote, curve.ownAge, curve.remoteAge, curve.buffer]) values.splice(0, drop);
-      }
+      for (const curve of this.curves) for (const values of listsOf(curve)) values.splice(0, drop);
     }
   }
 

@@ -186,9 +186,8 @@ function drawMessages(now, name) {
 function showMessages() {
   const facts = document.getElementById('lane-facts');
   if (!facts || !drawnLanes) return;
-  const { inputs, states, lost, text, span } = drawnLanes;
-  const missing = lost > 0 ? t('netgame.lane.missing', { n: lost }) : '';
-  const caption = (text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states })) + missing;
+  const { inputs, states, torn, text, span } = drawnLanes;
+  const caption = (text !== '' ? text : t('netgame.lane.drawn', { span, inputs, states })) + (torn ? t('netgame.lane.torn') : '');
   if (facts.textContent !== caption) facts.textContent = caption;
 }
 

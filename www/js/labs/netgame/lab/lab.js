@@ -57,6 +57,7 @@ function followed(now, before, asked) {
 
 /** @returns {PropertyDescriptorMap} */
 const facts = () => ({
+  curves: { get: () => structuredClone(memory.curves) },
   gaps: { get: () => structuredClone(memory.gaps) },
   messages: { get: () => [...memory.events.values()] },
   corrections: { get: () => memory.corrections.map((list) => list.length) },

@@ -62,7 +62,10 @@ function trail(at, player) {
   const points = at.memory.trails[at.view]?.[player] ?? [];
   const { pen, colours } = at;
   pen.beginPath();
-  for (const point of points) pen.lineTo(toX(at, point.x), toY(at, point.y));
+  points.forEach((point, i) => {
+    if (Number.isNaN(points[i - 1]?.x ?? NaN)) pen.moveTo(toX(at, point.x), toY(at, point.y));
+    else pen.lineTo(toX(at, point.x), toY(at, point.y));
+  });
   pen.strokeStyle = paintOf(colours, player).text;
   pen.lineWidth = Math.max(1, colours.line - 1);
   pen.setLineDash(paintOf(colours, player).dash);

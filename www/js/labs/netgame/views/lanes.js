@@ -224,24 +224,23 @@ function drawLife(at, input, yOwn, yServer) {
   return parts.join(' · ');
 }
 
-/** Marks missing events. @param {Lanes} at @returns {number} how many, of the last seconds, before the window too */
-function drawGaps(at) {
+const TORN = 5; /* px, of a tooth */
+
+/** Where events are missing the lanes are torn: without a mark it would look as if nothing had been sent.
+ * @param {Lanes} at @returns {boolean} whether they are, in the last seconds, before the window too */
+function tear(at) {
   const { pen, colours } = at,
-    { x, now, span, top, bottom, middle } = places(at);
-  let lost = 0;
-  for (const gap of at.memory.gaps) {
-    lost += gap.count;
-    if (gap.to < now - span || gap.from > now) continue;
-    const left = x(Math.max(gap.from, now - span)),
-      right = x(Math.min(gap.to, now));
-    pen.fillStyle = colours.grid;
-    pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
-    drawText(pen, colours, t('netgame.lane.gap', { n: gap.count }), (left + right) / 2, (top + middle) / 2, {
-      align: 'center',
-      colour: colours.snap,
-    });
+    { x, now, span, top, bottom } = places(at);
+  pen.strokeStyle = colours.faint;
+  pen.lineWidth = 1;
+  pen.setLineDash([]);
+  for (const edge of at.memory.gaps.flatMap(({ from, to }) => [from, to])) {
+    if (edge < now - span || edge > now) continue;
+    pen.beginPath();
+    for (let y = top - TORN, k = 0; y <= bottom + TORN; y += TORN, k++) pen.lineTo(x(edge) + (k % 2) * TORN, y);
+    pen.stroke();
   }
-  return lost;
+  return at.memory.gaps.length > 0;
 }
 
 /** Reports when the upper player sent the input whose answer is its newest, and when that came. @param {Lanes} at */
@@ -256,9 +255,8 @@ function reportAnswer(at) {
   place(at.pen.canvas, 'answer', x(answered.to), top, answered.to * 1000);
 }
 
-/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} one of how many inputs and snapshots is
- * drawn; missing
- * events; the caption of the drawing */
+/** @param {Lanes} at @returns {{inputs: number, states: number, torn: boolean, text: string}} one of how many inputs and snapshots is
+ * drawn; whether events are missing; the caption of the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);
@@ -288,7 +286,7 @@ export function drawLanes(at) {
   pen.clip();
   const picked = at.selected === null ? undefined : at.memory.events.get(at.selected);
   let text = '';
-  const thinned = { inputs: 1, states: 1, lost: drawGaps(at) };
+  const thinned = { inputs: 1, states: 1, torn: false };
   for (const { p, y } of lines) {
     pen.globalAlpha = picked ? 0.25 : 1;
     for (const type of at.pings ? [PING, PONG, CONNECT, ACCEPT] : [CONNECT, ACCEPT]) {
@@ -322,6 +320,7 @@ export function drawLanes(at) {
     pen.stroke();
     drawText(pen, colours, name.slice(0, 6), 4, y, { colour, bold: true });
   }
+  thinned.torn = tear(at);
   pen.strokeStyle = colours.accent; /* now */
   pen.lineWidth = 1.5;
   pen.beginPath();
