@@ -383,6 +383,19 @@ test('a whole lesson by Next alone; phones show the same words; each says why no
   await close(visitor, a, b);
 });
 
+test('the plot that a sentence is about is on the projector', async () => {
+  const visitor = await open(`${daemon.url}#lesson=keeps_energy`);
+  await button(visitor.page, 'Ask my class').click();
+  const teacher = await opened(visitor);
+  const energy = visitor.page.locator('#plot-energy');
+  for (const phase of ['stopped', 'explain']) {
+    await teacher.put({ phase });
+    await until(() => energy.isVisible(), `${phase}: the plot of the energy`);
+  }
+  quiet([visitor]);
+  await visitor.close();
+});
+
 test('seats stay for the next question; Free plays, and a phone that drives says when the teacher has paused', async () => {
   const teacher = await teach();
   const a = await student(teacher.code, 'Play A', PHONE),

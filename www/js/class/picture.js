@@ -33,6 +33,16 @@ const server = (root) => root.querySelector('.row:has(> [data-of="server"])');
 /** Shows all of it. @param {HTMLElement} root */
 export function release(root) {
   for (const element of root.querySelectorAll('[data-aside]')) element.removeAttribute('data-aside');
+  for (const element of root.querySelectorAll('[data-kept]')) element.removeAttribute('data-kept');
+}
+
+/** There is room for two plots: the one that a sentence is about is among them. @param {Element | null | undefined} of */
+function keep(of) {
+  const plot = of?.closest('.plotbox');
+  if (!plot) return;
+  plot.toggleAttribute('data-kept', true);
+  for (const other of plot.parentElement?.querySelectorAll('.plotbox:not(:first-child)') ?? [])
+    if (other !== plot) other.toggleAttribute('data-aside', true);
 }
 
 /** Leaves one part of the page. @param {Lesson | null} lesson @param {string} phase @param {number | null} driver the player that drives at
@@ -46,6 +56,7 @@ export const pick = (lesson, phase, driver) => (root) => {
   let at = wanted?.closest(PARTS) ?? null;
   for (; at !== null && at.parentElement !== null && at !== root; at = at.parentElement)
     for (const other of at.parentElement.children) if (other !== at) other.toggleAttribute('data-aside', true);
+  if (lesson !== null && ['stopped', 'explain', 'change'].includes(phase)) keep(pointed(root, lesson));
   if (phase === 'change' && (staged.peek()?.press ?? 0) > 0)
     server(root)?.toggleAttribute('data-aside', true); /* it does the same in both runs */
 };
