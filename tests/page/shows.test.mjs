@@ -40,7 +40,10 @@ async function stopped(id, step) {
   await until(() => page.evaluate(() => globalThis.laglab?.().frame?.tick !== undefined), `${id} is there`);
   if (step === 'change') {
     await page.locator('#rail .main').click();
-    await until(async () => (await tickOf(page)) > 0, `${id} has run with the change`);
+    await until(
+      () => page.evaluate(() => (globalThis.laglab().frame?.tick ?? 0) > 0),
+      `${id} has run with the change`,
+    ); /* another session */
   } else await until(async () => (await tickOf(page)) === lesson.stop_tick, `${id} stands at its stop`);
   return { ...visited, lesson };
 }

@@ -399,7 +399,13 @@ export function drawDecided(at, hit) {
   const text = hit.hit ? 'netgame_more.hit.rewound' : again ? 'netgame_more.hit.before' : 'netgame_more.hit.was';
   say(at, t(text, { name: letter(victim) }), there.x + there.r + 12, there.y - there.r - 4, hit.hit ? colours.snap : colours.faint);
   if (!hit.hit)
-    say(at, t('netgame_more.hit.misses', { name: letter(who) }), there.x + there.r + 26, level + colours.text * 1.5, colours.snap);
+    say(
+      at,
+      t('netgame_more.hit.misses', { name: letter(who) }),
+      width < LEAST ? own.x + own.r + 12 : there.x + there.r + 26,
+      width < LEAST ? own.y + own.r + 6 + colours.text * 1.5 : level + colours.text * 1.5,
+      colours.snap,
+    );
   if (hit.end !== null) say(at, t('netgame_more.hit.behind', { name: letter(victim) }), own.x + own.r + 12, own.y + own.r + 6, colours.ink);
   const words = [`${fixed(Math.hypot(where.x - hit.own.x, where.y - hit.own.y), 1)} m`, ...(hit.hit ? [`${fixed(hit.back, 0)} ms`] : [])];
   gap(at, there, own, width < LEAST ? [words.join(' · ')] : words, (level - there.y) / 2);
