@@ -263,7 +263,7 @@ export async function firstClass(open, students, lang, look = async () => {}) {
 
   /* One types the code on the first page, the other opens its address. */
   const [a, b] = await Promise.all([
-    person(students[0], `?lang=${lang}`).then(async (me) => {
+    person(students[0], `#questions&lang=${lang}`).then(async (me) => {
       await pushOn(me, '#join-code');
       for (const letter of code.toLowerCase()) await me.press(letter);
       await me.press('Enter');
@@ -287,12 +287,12 @@ export async function firstClass(open, students, lang, look = async () => {}) {
   await phase('lobby');
 
   await next();
-  await reads(teacher, 'h2.asked', reading(steps.predict[lang]));
+  await reads(teacher, '.asked', reading(steps.predict[lang]));
   teacher.note('question 1 on the projector');
   assert.ok(teacher.clicks() - began <= 3, `${teacher.clicks() - began} clicks until the question is on the projector`);
   await phase('predict');
   const label = (/** @type {number} */ i) => reading(choices[i].label?.[lang] ?? `${choices[i].value} ms`);
-  for (const me of pupils) await reads(me, 'h2.asked', reading(steps.predict[lang]));
+  for (const me of pupils) await reads(me, '.asked', reading(steps.predict[lang]));
   await a.press('2');
   await pushOn(b, '.answer:nth-of-type(3)');
   for (const [i, me] of pupils.entries()) {
@@ -309,7 +309,7 @@ export async function firstClass(open, students, lang, look = async () => {}) {
   await next();
   await phase('explain');
   for (const me of [teacher, ...pupils]) {
-    const was = await reads(me, '.measured', reading(words['explain.was']));
+    const was = await reads(me, '.measured', reading(answer.says?.[lang] ?? words['class.was']));
     assert.ok(Math.abs(Number(/(\d+) ms/.exec(was)?.[1]) - answer.value) <= answer.tol, was);
     await reads(me, '.classwords', reading(steps.explain[lang]));
   }

@@ -39,7 +39,7 @@ test('a code that no class has is named, and can be typed again; German has its 
   const { page, close } = await door('#questions&lang=de', { width: 390, height: 844 });
   await page.getByLabel('Code einer Klasse').fill('QQQQ');
   await page.keyboard.press('Enter');
-  await page.locator('#class-answer', { hasText: 'No class has the code QQQQ' }).waitFor();
+  await page.locator('#class-answer', { hasText: 'Keine Klasse hat den Code QQQQ' }).waitFor();
   await settles(() => page.locator('#class-code').isVisible(), true);
   await page.goBack();
   await page.locator('.card').first().waitFor();

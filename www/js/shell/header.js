@@ -116,7 +116,12 @@ function classButton(lesson) {
 function join(event) {
   event.preventDefault();
   const field = /** @type {HTMLInputElement} */ (/** @type {HTMLFormElement} */ (event.target).elements.namedItem('code'));
-  location.hash = `#class=${encodeURIComponent(field.value.replace(/\s/g, '').toUpperCase())}`;
+  const query = new URLSearchParams(location.search),
+    lang = lesson.value?.lang;
+  if (lang) query.set('lang', lang); /* that of `#questions` goes with it */
+  location.assign(
+    `${query.size > 0 ? `?${query}` : location.pathname}#class=${encodeURIComponent(field.value.replace(/\s/g, '').toUpperCase())}`,
+  );
 }
 
 /** @returns {Template} */
