@@ -8,11 +8,17 @@ export function column(label) {
   return { name, unit };
 }
 
+/** A line without the gaps at which it breaks. @param {import('../draw/plot.js').Plot['lines'][number]} line */
+function whole(line) {
+  const at = [...line.xs.keys()].filter((k) => Number.isFinite(line.xs[k]) && Number.isFinite(line.ys[k]));
+  return { ...line, xs: at.map((k) => line.xs[k] ?? 0), ys: at.map((k) => line.ys[k] ?? 0) };
+}
+
 /** A column per line where they share an axis that only grows; else a row per point, with the name of its line.
  * @param {import('../draw/plot.js').Plot} plot @returns {Table} */
 export function tableOfPlot(plot) {
   const named = plot.lines.filter((line) => line.name !== undefined),
-    lines = named.length > 0 ? named : plot.lines;
+    lines = (named.length > 0 ? named : plot.lines).map(whole);
   const keys = named.map((line) => ({ name: line.name ?? '', colour: line.colour, ...(line.dash ? { dash: line.dash } : {}) }));
   const x = column(plot.x),
     y = column(plot.y);
