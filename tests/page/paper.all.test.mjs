@@ -36,7 +36,10 @@ test('each lesson is printed on two pages of A4 in both languages, with nothing 
         location.hash = hash;
       }, `lesson=${id}&step=1&lang=${lang}`);
       await page.locator('#lesson-step', { hasText: lesson.title[lang] }).waitFor();
-      await page.waitForFunction(() => globalThis.laglab().frame?.tick === 0 && document.querySelector('#print'));
+      await page.waitForFunction(
+        (start) => globalThis.laglab().frame?.tick === start && document.querySelector('#print'),
+        lesson.start_tick ?? 0,
+      );
       const { count, boxes } = pagesOf(await printed(page));
       assert.equal(count, 2, `${id} ${lang}`);
       for (const [width, height] of boxes)
