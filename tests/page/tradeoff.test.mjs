@@ -219,6 +219,22 @@ test('every family opens on a finished answer, with a ring, and two runs that di
     if (placed) await until(async () => (await facts(page)).runs.every(({ px }) => px > 0), `${family}: both are drawn`);
     for (const { px, factor } of (await facts(page)).runs)
       assert.ok(px === 0 || px >= SEEN_PX || factor !== 1, `${family}: ${px} px and no lens`);
+    /* no caption lies on a scene */
+    const over = await page.evaluate(() =>
+      [...document.querySelectorAll('.run')].some((run) => {
+        const caption = run.querySelector('figcaption')?.getBoundingClientRect(),
+          scene = run.querySelector('canvas')?.getBoundingClientRect();
+        return !caption || !scene || caption.bottom > scene.top + 1 || scene.height < 70;
+      }),
+    );
+    assert.equal(over, false, `${family}: a caption covers the scene`);
+    if (family === 'lag_compensation') {
+      await until(async () => (await facts(page)).runs.every(({ px }) => px >= SEEN_PX), 'a shot, and where it counts');
+      await reads(
+        sentence(page),
+        /victim’s veto: B loses 6\.4 hits, A takes 4\.75 in cover\.\s*rewinding, for the same: A takes 11\.15 in cover/,
+      );
+    }
     await shot(page, family);
   }
   assert.equal(await page.getByText(/No runs yet|not measured|Nothing has been measured/).count(), 0);

@@ -84,6 +84,7 @@ function drawRuns() {
         fill: paint.fill,
         line: paint.text,
         peer: runs.value[1 - side] ?? null,
+        lead: side === 0,
         error: at.error.error,
       });
     });

@@ -81,7 +81,7 @@ export function compare({ pen, width, height }, colours, pair, { text, fill, at:
     discs(pen, colours, pair, fill);
     return px;
   }
-  const radius = Math.min(54, (height - (share < 1 ? 44 : 12)) / 2),
+  const radius = Math.min(54, (height - 12) / 2),
     at = { x: radius + 8 + share * (width - 2 * radius - 16), y: height - radius - 6 };
   const angle = px > 0 ? Math.atan2(real.y - drawn.y, real.x - drawn.x) : 0,
     half = (px * factor) / 2;
@@ -115,8 +115,9 @@ export function compare({ pen, width, height }, colours, pair, { text, fill, at:
     align: 'center',
     size: colours.axis,
   });
-  /* next to a band that is upright, below one that is not */
-  if (Math.abs(Math.sin(angle)) > 0.6) words(at.x - radius - pen.measureText(text).width / 2 - 8, at.y);
+  /* next to a band that is upright, below one that is not and has room */
+  if (Math.abs(Math.sin(angle)) > 0.6 || pen.measureText(text).width > 2 * radius - 18)
+    words(at.x - radius - pen.measureText(text).width / 2 - 8, at.y);
   else words(at.x, at.y + radius - 14);
   return px * factor;
 }

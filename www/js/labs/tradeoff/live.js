@@ -166,7 +166,7 @@ export class Run {
         refused: () => {},
       },
       undefined,
-      /** @type {Record<string, number>} */ (CHANNELS[this.kind]),
+      { ...CHANNELS[this.kind], ...(this.error.includes('.shots.') ? { shots: 60 } : {}) },
     );
     this.stream = stream;
   }

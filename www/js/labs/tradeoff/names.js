@@ -74,6 +74,9 @@ export function brief(value) {
   return localized(String(Number(value.toPrecision(Math.max(2, Math.min(5, power + 1))))));
 }
 
+/** What a family says in words of its own. @param {string} key @param {Family} family */
+export const ownKey = (key, { name }) => (has(`${key}.${name}`) ? `${key}.${name}` : key);
+
 /** A count: whole, with its thousands; from a million on in three digits. @param {number} value */
 export function countOf(value) {
   const large = Math.abs(value) >= 1e6;

@@ -1,7 +1,7 @@
 // Drawings of a run on a small canvas, by the kind of its scenario: what the method makes of it, and where that truly is.
 import { gridStep } from '../../draw/axis.js';
 import { drawCar, drawCarGhost, hasCar } from '../../draw/cars.js';
-import { drawText } from '../../draw/marks.js';
+import { drawText, widthOf } from '../../draw/marks.js';
 import { paintOf } from '../../draw/palette.js';
 import { letter } from '../../base/format.js';
 import { ENTITIES_FLAGS, VIEWS_FLAGS } from '../../stream/names.js';
@@ -13,14 +13,16 @@ import { sceneOf } from '../rigid/decode.js';
 import { drawWorld } from '../rigid/drawing.js';
 import { compare, factorOf } from './lens.js';
 import { brief } from './names.js';
+import { drawShot } from './shots.js';
 
 /** @typedef {import('./live.js').Run} Run */
 /** @typedef {import('../../draw/palette.js').Palette} Palette */
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number}} Surface */
 /** @typedef {import('../../stream/rows.js').EntitiesRow} Entity */
-/** fill: of the method's mark; line: of its letters and lines; peer: what runs next to it, in the same colours; error:
+/** fill: of the method's mark; line: of its letters and lines; peer: what runs next to it, in the same colours; lead: it chooses what both
+ * show; error:
  * path of the metric
- * @typedef {{fill: string, line: string, peer: Run | null, error: string}} Look */
+ * @typedef {{fill: string, line: string, peer: Run | null, lead: boolean, error: string}} Look */
 /** px: between the two that are compared, as shown, 0 where nothing is; factor: of the lens, 1: there is none; 0: no lens is enough
  * @typedef {{px: number, factor: number}} Seen */
 
@@ -75,7 +77,7 @@ function plane(surface, colours, run, look) {
   const [x0, x1, y0, y1] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
   const scale = Math.min((width - 40) / (x1 - x0), (height - 34) / (y1 - y0));
   const half = ((x1 - x0) * scale) / 2,
-    left = Math.max(half + 14, Math.min(width * 0.58, width - half - 20)),
+    left = Math.max(half + 14, Math.min(width * 0.55, width - half - 20)),
     to = (/** @type {number} */ x, /** @type {number} */ y) =>
       /** @type {[number, number]} */ ([left + (x - (x0 + x1) / 2) * scale, height / 2 - (y - (y0 + y1) / 2) * scale]);
   pen.lineJoin = 'round';
@@ -102,8 +104,8 @@ function plane(surface, colours, run, look) {
     drawText(pen, colours, t('workbench.diverged'), width / 2, height - 14, { align: 'center', bold: true, colour: colours.snap });
     return { px: 0, factor: 1 };
   }
-  /* one that is lost stays at the edge, below its name */
-  const drawn = { x: Math.max(10, Math.min(width - 10, ax)), y: Math.max(ax < width / 3 ? 56 : 10, Math.min(height - 10, ay)) },
+  /* one that is lost stays at the edge */
+  const drawn = { x: Math.max(10, Math.min(width - 10, ax)), y: Math.max(10, Math.min(height - 10, ay)) },
     real = { x: bx, y: by };
   /* the lens is chosen for the end: it does not change while the run is watched */
   const last = (exact[0]?.length ?? 1) - 1,
@@ -274,6 +276,41 @@ function fluid(surface, colours, run, look) {
 const WIDE_M = 22 /* of the road or the ground that is shown */,
   NARROW_M = 11; /* where errors are of the past, which are small */
 const KEEP_S = 1.5; /* the lens stays on one thing */
+const STRIP_PX = 24,
+  STRIP_S = 6; /* of the past, in a strip */
+
+/** How far off the others were until now, and the mean that the sentence has: a moment is one thing, the mean of runs is another. Both
+ * runs have one scale.
+ * @param {Surface} surface its whole height @param {Palette} colours @param {Run} run @param {Look} look */
+function strip({ pen, width, height }, colours, run, { peer }) {
+  const { gaps } = run.memory,
+    top = height - STRIP_PX,
+    now = gaps.at(-1)?.t ?? 0,
+    mean = run.row.error[0] ?? 0,
+    most = Math.max(1e-9, mean, peer?.row.error[0] ?? 0, run.memory.high, peer?.memory?.high ?? 0);
+  const words = t('tradeoff.strip', { figure: `${brief(mean)} m`, n: run.row.seeds }),
+    left = widthOf(pen, colours, words, true) + 14,
+    toX = (/** @type {number} */ time) => width - ((now - time) / STRIP_S) * (width - left),
+    toY = (/** @type {number} */ gap) => height - 1 - (gap / most) * (STRIP_PX - 5);
+  pen.fillStyle = colours.paper;
+  pen.fillRect(0, top, width, STRIP_PX);
+  const seen = gaps.filter((/** @type {{t: number}} */ one) => toX(one.t) >= left);
+  if (seen.length === 0) return;
+  pen.beginPath();
+  pen.moveTo(toX(seen[0].t), height);
+  for (const { t: time, gap } of seen) pen.lineTo(toX(time), toY(gap));
+  pen.lineTo(width, height);
+  pen.fillStyle = colours.mark;
+  pen.fill();
+  pen.strokeStyle = colours.markLine;
+  pen.lineWidth = 2;
+  pen.setLineDash([]);
+  pen.beginPath();
+  pen.moveTo(left, toY(mean));
+  pen.lineTo(width, toY(mean));
+  pen.stroke();
+  drawText(pen, colours, words, 8, top + STRIP_PX / 2, { bold: true, colour: colours.markText });
+}
 
 /** The view whose error it is: of the player that the error names. @param {Run} run */
 const viewOf = (run) => 1 + Number(/players\.(\d)/.exec(run.memory?.error ?? '')?.[1] ?? 0);
@@ -296,10 +333,12 @@ function trueAt(run, entity, time) {
 }
 
 /** @param {Surface} surface @param {Palette} colours @param {Run} run @param {Look} look @returns {Seen} */
-function netgame(surface, colours, run, { error }) {
-  const { frame } = run;
+function netgame(surface, colours, run, look) {
+  const { frame } = run,
+    { error } = look;
+  if (error.includes('.shots.')) return drawShot(surface, colours, run, look);
   if (!frame || !run.layout) return { px: 0, factor: 1 };
-  run.memory ??= { error, past: [], seq: -1, pair: -1, since: 0, factor: 0, most: 0 };
+  run.memory ??= { error, past: [], seq: -1, pair: -1, since: 0, factor: 0, most: 0, gaps: [], each: [], high: 0 };
   const memory = run.memory,
     view = viewOf(run),
     drawn = /** @type {Entity[]} */ (frame.where('entities', 'view', view)),
@@ -308,21 +347,21 @@ function netgame(surface, colours, run, { error }) {
   if (!own) return { px: 0, factor: 1 };
   if (memory.seq !== frame.seq) {
     memory.seq = frame.seq;
+    memory.fresh = true;
     memory.past.push({ t: frame.time_s, places: real.map(({ x, y }) => ({ x, y })) });
     if (memory.past.length > 240) memory.past.shift();
   }
   const late = error.includes('timeline');
   const truth = (/** @type {number} */ i) => (late ? trueAt(run, i, frame.time_s - (drawn[i]?.age_ms ?? 0) / 1000) : real[i]);
-  const { pen, width, height } = surface,
+  const { pen, width } = surface,
+    height = surface.height - STRIP_PX,
     shapes = run.layout.entities ?? [],
     track = shapes.length === 0;
-  const walls = run.layout.fixed ?? [],
-    rival = view === 1 ? 1 : 0 /* among the players */,
+  const rival = view === 1 ? 1 : 0 /* among the players */,
     foe = drawn[rival] ?? own;
-  /* shooters stand far from each other */
-  const wide = walls.length > 0 ? Math.max(WIDE_M, Math.abs(foe.x - own.x) * 1.5) : late ? NARROW_M : WIDE_M,
+  const wide = late ? NARROW_M : WIDE_M,
     scale = width / wide,
-    focus = track ? foe : walls.length > 0 ? { x: (own.x + foe.x) / 2 - wide * 0.06, y: (own.y + foe.y) / 2 } : own;
+    focus = track ? foe : own;
   const levels = track ? [...new Set(real.map(({ y }) => y))].sort((a, b) => a - b) : [];
   const toX = (/** @type {number} */ x) => width * 0.42 + (x - focus.x) * scale;
   const toY = (/** @type {number} */ y) => {
@@ -351,52 +390,66 @@ function netgame(surface, colours, run, { error }) {
     }
     pen.stroke();
   }
-  for (const wall of walls) {
-    pen.fillStyle = colours.edge;
-    pen.fillRect(toX(wall.x - wall.width_m / 2), toY(wall.y + wall.height_m / 2), wall.width_m * scale, wall.height_m * scale);
-  }
   const size = Math.min(height * 0.2, 30);
   const seen = (/** @type {Entity} */ e, /** @type {number} */ i) =>
     (e.flags & ENTITIES_FLAGS.unknown) === 0 && (shapes[i]?.kind !== 'shell' || (e.flags & ENTITIES_FLAGS.active) !== 0);
   const inside = (/** @type {Entity} */ e) => toX(e.x) > 0 && toX(e.x) < width && toY(e.y) > 0 && toY(e.y) < height;
   let best = -1,
-    far = -1;
+    far = -1,
+    sum = 0,
+    count = 0;
   for (let i = drawn.length - 1; i >= 0; i--) {
     const e = drawn[i],
       there = truth(i);
     if (!e || !seen(e, i)) continue;
     thing(pen, colours, { shape: shapes[i], i, x: toX(e.x), y: toY(e.y), angle: e.angle, scale, size, track });
-    if (i === view - 1 || !there || !inside(e)) continue;
+    if (i === view - 1 || !there) continue;
     const gap = Math.hypot(there.x - e.x, there.y - e.y);
-    if (gap > far) [far, best] = [gap, i];
+    sum += gap;
+    count++;
+    memory.each[i] = gap;
+    if (!inside(e)) continue;
+    /* that which the other run has elsewhere shows how they differ */
+    const apart = Math.abs(memory.each[i] - (look.peer?.memory?.each?.[i] ?? 0));
+    if (apart > far) [far, best] = [apart, i];
   }
   const time = frame.time_s;
-  if (memory.pair < 0 || time - memory.since > KEEP_S || !drawn[memory.pair] || !inside(drawn[memory.pair])) {
-    memory.pair = track || walls.length > 0 ? rival : best;
+  if (memory.fresh && count > 0 && time > (run.layout.params?.warmup_s ?? 0)) {
+    const gap = sum / count;
+    memory.fresh = false;
+    memory.gaps.push({ t: time, gap });
+    if (memory.gaps.length > STRIP_S * 60) memory.gaps.shift();
+    memory.high = Math.max(memory.high, gap);
+  }
+  const led = look.lead ? -1 : (look.peer?.memory?.pair ?? -1),
+    next = track ? rival : drawn[led] && inside(drawn[led]) ? led : best;
+  const lost = !drawn[memory.pair] || !inside(drawn[memory.pair]);
+  if (memory.pair !== next && (memory.pair < 0 || next === led || time - memory.since > KEEP_S || lost || run.state === 'done')) {
+    memory.pair = next;
     memory.since = time;
     memory.most = 0;
   }
+  strip(surface, colours, run, look);
   const e = drawn[memory.pair],
     there = truth(memory.pair);
   if (!e || !there) return { px: 0, factor: 1 };
   const gap = Math.hypot(there.x - e.x, there.y - e.y);
-  /* the largest of the last moments: the lens does not breathe */
-  if (gap > memory.most) {
-    memory.most = gap;
-    memory.factor = factorOf(gap * scale);
-  }
+  /* the largest of the last moments, of both: the lens does not breathe, and both have the same */
+  memory.most = Math.max(memory.most, gap);
+  const both = factorOf(Math.max(memory.most, look.peer?.memory?.pair === memory.pair ? look.peer?.memory?.most : 0) * scale);
+  memory.factor = both === 1 ? factorOf(memory.most * scale) : both;
   if (frame.views.some(({ flags }) => flags & VIEWS_FLAGS.stalled))
     drawText(pen, colours, t('tradeoff.waits'), 8, height - 12, { bold: true, colour: colours.snap });
   if (track && hasCar(memory.pair)) drawCarGhost(pen, colours, memory.pair, toX(there.x), toY(there.y), size);
   if (memory.factor === 0) return { px: gap * scale, factor: 0 };
   const px = compare(
-    surface,
+    { pen, width, height },
     colours,
     { drawn: { x: toX(e.x), y: toY(e.y) }, real: { x: toX(there.x), y: toY(there.y) } },
     {
-      text: t('tradeoff.gap_now', { figure: `${brief(gap)} m` }),
+      text: t('tradeoff.gap_now', { name: track ? letter(memory.pair) : '', figure: `${brief(gap)} m` }).trim(),
       fill: paintOf(colours, memory.pair).fill,
-      at: walls.length > 0 ? 0.5 : 1,
+      at: 1,
       factor: memory.factor,
     },
   );

@@ -21,7 +21,7 @@ function rivalWords(at) {
   if (best.cost > 0 && wants.cost <= best.cost * 1.02) return rich('tradeoff.same', known);
   const paid = bold(name.paidOf(cost, wants.cost));
   return best.cost > 0
-    ? rich('tradeoff.needs', { ...known, paid, times: name.timesOf(wants.cost / best.cost) })
+    ? rich(name.ownKey('tradeoff.needs', at.family), { ...known, paid, times: name.timesOf(wants.cost / best.cost) })
     : rich('tradeoff.needs_some', { ...known, paid });
 }
 
@@ -34,7 +34,7 @@ function but({ best, still }) {
 
 /** The cheapest within both lines, or what is nearest to that. @param {Now} at @returns {string} */
 export const winnerWords = (at) =>
-  t(at.winner ? 'tradeoff.wins' : 'tradeoff.nearest', {
+  t(name.ownKey(at.winner ? 'tradeoff.wins' : 'tradeoff.nearest', at.family), {
     name: methodOf(at, at.best.method),
     off: name.offOf(at.error, at.best.error),
     paid: name.paidOf(at.cost, at.best.cost),
@@ -44,7 +44,7 @@ export const winnerWords = (at) =>
 export function sentence(at) {
   const more = but(at);
   return html`<section class="said" aria-label=${t('tradeoff.answer')}><p role="status" aria-live="polite" id="tradeoff-said">
-    <span class="lead">${t(at.winner ? 'tradeoff.inside' : 'tradeoff.nothing_inside')}</span>
+    <span class="lead">${t(name.ownKey(at.winner ? 'tradeoff.inside' : 'tradeoff.nothing_inside', at.family))}</span>
     <strong>${winnerWords(at)}</strong>
     ${at.winner ? html`<span>${rivalWords(at)}</span>` : nothing}${more ? html`<span class="but">${more}</span>` : nothing}</p></section>`;
 }

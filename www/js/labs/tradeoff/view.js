@@ -145,8 +145,9 @@ function outcome(at, side) {
   if (row.error[0] === null) return t('workbench.diverged');
   if (run.kind === 'motion' && run.state === 'done' && drawn.runs[side]?.factor === 0)
     return t('tradeoff.run', { paid: name.priceOf(at.cost.path, row.costs[shownCost.value]?.[0] ?? 0), off: t('tradeoff.on_it') });
-  return t('tradeoff.run', {
+  return t(name.ownKey('tradeoff.run', at.family), {
     paid: name.priceOf(at.cost.path, row.costs[shownCost.value]?.[0] ?? 0),
+    cost: name.paidOf(at.cost, row.costs[shownCost.value]?.[0] ?? 0),
     off: name.offOf(at.error, row.error[0]),
   });
 }
@@ -174,9 +175,9 @@ function liveRuns(at) {
   const row = rows.value[at.best.index],
     tab = tabName(0),
     fluid = name.kindOf(at.error.scenario) === 'fluid',
-    title = t(fluid ? 'tradeoff.live_colours' : 'tradeoff.live');
+    title = t(fluid ? 'tradeoff.live_colours' : name.ownKey('tradeoff.live', at.family));
   return html`<section class="live" aria-label=${title}><header><h3>${title}</h3>
-    ${fluid ? nothing : html`<small>${t('tradeoff.dashed')}</small>`}</header>${scene(at, 0)}${scene(at, 1)}
+    ${fluid ? nothing : html`<small>${t(name.ownKey('tradeoff.dashed', at.family))}</small>`}</header>${scene(at, 0)}${scene(at, 1)}
     <p class="do">${row ? liveLink(row, tab === '' ? t('tradeoff.open') : t('tradeoff.open_in', { tab }), 'main') : nothing}
     <button type="button" id="again" @click=${() => again()}><svg class="icon" viewBox="0 0 12 12" aria-hidden="true"><path
     d="M2 1l9 5-9 5z"></path></svg> ${t('tradeoff.again')}</button></p></section>`;
@@ -228,7 +229,7 @@ function template() {
     at = now.value;
   if (!family || !at) return html`<main class="tradeoff" id="views" tabindex="-1"><div class="reading"><p>laglab</p></div></main>`;
   const label = t('tradeoff.plot', { error: name.errorOf(at.error), cost: name.costOf(at.cost) });
-  const hint = t(family.name === 'synchronisation' ? 'tradeoff.hint_latency' : 'tradeoff.hint');
+  const hint = t(name.ownKey('tradeoff.hint', family));
   return html`<main class="tradeoff" id="views" tabindex="-1"><div class="ask"><h2>${name.questionOf(family)}</h2><p>${hint}</p></div>
     ${familyTabs()}<section class="work" aria-label=${label}>${choices(family)}
     ${shownCost.value === 0 ? html`<p class="noisy" role="note">${t('tradeoff.noisy')}</p>` : nothing}${plot(at)}</section>
