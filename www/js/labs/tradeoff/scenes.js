@@ -394,8 +394,10 @@ function netgame(surface, colours, run, look) {
   const seen = (/** @type {Entity} */ e, /** @type {number} */ i) =>
     (e.flags & ENTITIES_FLAGS.unknown) === 0 && (shapes[i]?.kind !== 'shell' || (e.flags & ENTITIES_FLAGS.active) !== 0);
   const inside = (/** @type {Entity} */ e) => toX(e.x) > 0 && toX(e.x) < width && toY(e.y) > 0 && toY(e.y) < height;
+  const truer = (run.row.error[0] ?? Number.POSITIVE_INFINITY) <= (look.peer?.row.error[0] ?? Number.POSITIVE_INFINITY);
   let best = -1,
-    far = -1,
+    far = Number.NEGATIVE_INFINITY,
+    kept = 0,
     sum = 0,
     count = 0;
   for (let i = drawn.length - 1; i >= 0; i--) {
@@ -409,8 +411,10 @@ function netgame(surface, colours, run, look) {
     count++;
     memory.each[i] = gap;
     if (!inside(e)) continue;
-    /* that which the other run has elsewhere shows how they differ */
-    const apart = Math.abs(memory.each[i] - (look.peer?.memory?.each?.[i] ?? 0));
+    /* that shows best how the two differ which the truer has near and the other far off */
+    const other = look.peer?.memory?.each?.[i],
+      apart = other === undefined ? gap : truer ? other - gap : gap - other;
+    if (i === memory.pair) kept = apart;
     if (apart > far) [far, best] = [apart, i];
   }
   const time = frame.time_s;
@@ -424,7 +428,10 @@ function netgame(surface, colours, run, look) {
   const led = look.lead ? -1 : (look.peer?.memory?.pair ?? -1),
     next = track ? rival : drawn[led] && inside(drawn[led]) ? led : best;
   const lost = !drawn[memory.pair] || !inside(drawn[memory.pair]);
-  if (memory.pair !== next && (memory.pair < 0 || next === led || time - memory.since > KEEP_S || lost || run.state === 'done')) {
+  if (
+    memory.pair !== next &&
+    (memory.pair < 0 || next === led || time - memory.since > KEEP_S || kept < 0 || lost || run.state === 'done')
+  ) {
     memory.pair = next;
     memory.since = time;
     memory.most = 0;

@@ -1,5 +1,5 @@
-// A shot and where it counts: where the one who fires saw the other, where that is when the server decides, and what it decides. Of two runs
-// the same shot is shown, one that they decide differently.
+// A shot and where it counts: where the one who fires saw the other, where that is when the server decides, and what it decides. Of two
+// runs the same shot is shown, one that they decide differently.
 import { cross, drawText, outline, widthOf } from '../../draw/marks.js';
 import { paintOf } from '../../draw/palette.js';
 import { brief } from './names.js';
