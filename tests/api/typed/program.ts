@@ -50,6 +50,8 @@ const moved = expect(await call('post', '/api/v1/sessions/{id}/control', { path:
 assert.equal(expect(await call('patch', '/api/v1/sessions/{id}/params', { path: { id }, key, body: { 'players.1.lag_ms': 80 } }), 200).body.tick, moved.tick);
 expect(await call('post', '/api/v1/sessions/{id}/input', { path: { id }, key: player_keys[0], body: { player: 0, axes: [1, 0] } }), 200);
 assert.equal(expect(await call('get', '/api/v1/sessions/{id}/state', { path: { id }, query: { tick: 3 } }), 200).body.tick, 3);
+assert.ok(expect(await call('get', '/api/v1/sessions/{id}/hello', { path: { id } }), 200).body);
+assert.ok(String(expect(await call('get', '/api/v1/sessions/{id}/frame', { path: { id }, query: { channels: 'session,scene' } }), 200).body).length > 100);
 assert.match(expect(await call('get', '/api/v1/sessions/{id}/metrics', { path: { id } }), 200).body.hash, /^[0-9a-f]{16}$/);
 assert.match(String(expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1 } }), 200).body), /^time_s,tick/);
 expect(await call('get', '/api/v1/sessions/{id}/trace', { path: { id }, query: { to_s: 0.1, of: 'packets', format: 'json' } }), 200);
