@@ -203,10 +203,16 @@ function about() {
   };
 }
 
+/* A chart whose box has another size is drawn again: no frames of a session make it drawn. */
+const sizes = new ResizeObserver(() => redraw());
+
 /** @type {import('../../session/lab.js').Lab} */
 export const lab = {
   template,
-  rendered: redraw,
+  rendered: () => {
+    for (const view of document.querySelectorAll('.charts .view')) sizes.observe(view);
+    redraw();
+  },
   about,
   tables: async () => Object.fromEntries(['scatter', ...measured.value.map((_, i) => `chart-${i}`)].map((id) => [id, tableOf])),
 };

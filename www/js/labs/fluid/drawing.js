@@ -202,7 +202,7 @@ function fromAbove(on, at, { of, columns }, colours) {
 /** @param {number} value */
 export const brief = (value) =>
   localized(
-    value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))),
+    value === 0 ? '0' : Math.abs(value) < 1e-3 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))),
   );
 
 /** @type {WeakMap<Uint32Array, HTMLCanvasElement>} */

@@ -70,18 +70,20 @@ export const tenTo = (power) => `10${power < 0 ? '⁻' : ''}${[...String(Math.ab
 export function brief(value) {
   if (value === 0) return '0';
   const power = Math.floor(Math.log10(Math.abs(value)) + 1e-9);
-  if (power < -4) return `${localized(String(Number((value / 10 ** power).toPrecision(2))))} · ${tenTo(power)}`;
+  if (power < -4) return `${localized(String(Number((value / 10 ** power).toPrecision(2))))}\u00a0·\u00a0${tenTo(power)}`;
   return localized(String(Number(value.toPrecision(Math.max(2, Math.min(5, power + 1))))));
 }
 
 /** What a family says in words of its own. @param {string} key @param {Family} family */
 export const ownKey = (key, { name }) => (has(`${key}.${name}`) ? `${key}.${name}` : key);
 
-/** A count: whole, with its thousands; from a million on in three digits. @param {number} value */
-export function countOf(value) {
+/** A count: whole, with its thousands; from a million on in three digits. @param {number} value
+ * @param {'short' | 'long'} [compactDisplay] M or million */
+export function countOf(value, compactDisplay = 'short') {
   const large = Math.abs(value) >= 1e6;
   return new Intl.NumberFormat(language.value, {
     notation: large ? 'compact' : 'standard',
+    compactDisplay,
     ...(large ? { maximumSignificantDigits: 3 } : { maximumFractionDigits: Math.abs(value) < 100 ? 2 : 0 }),
   }).format(value);
 }
@@ -110,7 +112,7 @@ export function priceOf(path, value) {
   }
   if (/_ms(\.|$)/.test(path)) return `${localized(String(Number(value.toPrecision(3))))} ms`;
   if (path.endsWith('stalled_s')) return `${localized(String(Number(value.toPrecision(3))))} s`;
-  return countOf(value);
+  return countOf(value, 'long');
 }
 
 /** An error as a figure. @param {Question} problem @param {number} value */

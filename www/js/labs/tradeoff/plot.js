@@ -203,7 +203,7 @@ export function handlesOf(pen, colours, frame, lines, words) {
  * @property {{budget: string, enough: string}} words
  * @property {string} x
  * @property {string} y
- * @property {Point | undefined} winner
+ * @property {Point} winner  or what comes nearest
  * @property {string} ring  what is said next to it
  * @property {Point | undefined} rival
  * @property {string} hidden  what is said next to the truest of all; empty: nothing
@@ -236,7 +236,7 @@ function markAt(pen, colours, at, place, { size, hollow }) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {Palette} colours @param {Frame} frame
- * @param {Wish} wish @returns {{spots: (Spot & {index: number})[], labels: Label[], ring: Spot | null, rival: Spot | null,
+ * @param {Wish} wish @returns {{spots: (Spot & {index: number})[], labels: Label[], ring: Spot, rival: Spot | null,
  *   handles: ReturnType<typeof handlesOf>}} */
 export function drawTradeoff(surface, colours, frame, wish) {
   const { pen } = surface,
@@ -261,10 +261,17 @@ export function drawTradeoff(surface, colours, frame, wish) {
     pen.setLineDash(paint.dash);
     way(pen, list.map(spotOf));
   }
+  /* of another method at the same place: next to it, so that each is seen */
+  /** @type {(Spot & {method: string})[]} */
+  const placed = [];
   const spots = order.map((point) => {
-    const at = spotOf(point),
+    const exact = spotOf(point),
+      same = placed.filter((one) => one.method !== point.method && Math.hypot(one.x - exact.x, one.y - exact.y) < 2),
+      methods = new Set(same.map(({ method }) => method)).size,
+      at = { x: Math.max(frame.left, exact.x - methods * size * 1.1), y: exact.y },
       light = pale(point.method),
       [, low, high] = point.errors;
+    placed.push({ ...exact, method: point.method });
     pen.globalAlpha = light ? 0.3 : 1;
     if (low !== null && high !== null && low < high) {
       pen.setLineDash([]);
@@ -294,12 +301,14 @@ export function drawTradeoff(surface, colours, frame, wish) {
     { x: frame.right, y },
   ]);
   const handles = handlesOf(pen, colours, frame, wish.lines, wish.words);
-  const ring = wish.winner ? spotOf(wish.winner) : null,
+  const ring = spotOf(wish.winner),
     rival = wish.rival ? spotOf(wish.rival) : null;
-  const words = ring && besideRing(pen, colours, frame, ring, wish.ring);
+  const words = besideRing(pen, colours, frame, ring, wish.ring);
   const labels = labelsOf(pen, colours, frame, wish, spotOf, [
     ...[handles.enough, handles.budget].map((one) => ({ ...one, high: Math.max(TOUCH_PX, one.height) })),
-    ...(words ? [{ ...words, high: colours.text }] : []),
+    { ...words, high: colours.text },
+    /* a mark: names stand next to it */
+    ...spots.map((at) => ({ ...at, width: -16, high: 10 })),
   ]);
   for (const { method, text, x: at, y: high } of labels) {
     pen.globalAlpha = pale(method) ? 0.45 : 1;
@@ -317,7 +326,7 @@ export function drawTradeoff(surface, colours, frame, wish) {
   }
   pill(pen, colours, handles.budget);
   pill(pen, colours, handles.enough);
-  if (ring && words) drawRing(pen, colours, ring, words, wish.ring, size);
+  drawRing(pen, colours, ring, words, wish.ring, size);
   if (wish.hidden !== '')
     beside(
       pen,

@@ -98,8 +98,8 @@ export function truest(points, method, cost) {
 }
 
 /** What a method does with a budget: the truest; if none of that comes to an end, the dearest that does not; if the budget buys nothing,
- * its cheapest. @param {Row[]} rows @param {Point[]} points of them @param {number} problem @param {number} cost its place
- * @param {string} method @param {number} budget @returns {number} a place in the rows; -1: none */
+ * its cheapest, of several the truest. @param {Row[]} rows @param {Point[]} points of them @param {number} problem
+ * @param {number} cost its place @param {string} method @param {number} budget @returns {number} a place in the rows; -1: none */
 export function tried(rows, points, problem, cost, method, budget) {
   const bought = truest(points, method, budget);
   if (bought) return bought.index;
@@ -113,8 +113,11 @@ export function tried(rows, points, problem, cost, method, budget) {
   if (found >= 0) return found;
   const own = points.filter((point) => point.method === method);
   return (
-    own.reduce((/** @type {Point | undefined} */ best, point) => (best === undefined || point.cost < best.cost ? point : best), undefined)
-      ?.index ?? -1
+    own.reduce(
+      (/** @type {Point | undefined} */ best, point) =>
+        best === undefined || point.cost < best.cost || (point.cost === best.cost && point.error < best.error) ? point : best,
+      undefined,
+    )?.index ?? -1
   );
 }
 

@@ -1,7 +1,7 @@
 // Drawings of a run on a small canvas, by the kind of its scenario: what the method makes of it, and where that truly is.
 import { gridStep } from '../../draw/axis.js';
 import { drawCar, drawCarGhost, hasCar } from '../../draw/cars.js';
-import { drawText, widthOf } from '../../draw/marks.js';
+import { drawText } from '../../draw/marks.js';
 import { paintOf } from '../../draw/palette.js';
 import { letter } from '../../base/format.js';
 import { ENTITIES_FLAGS, VIEWS_FLAGS } from '../../stream/names.js';
@@ -14,6 +14,7 @@ import { drawWorld } from '../rigid/drawing.js';
 import { compare, factorOf } from './lens.js';
 import { brief } from './names.js';
 import { drawShot } from './shots.js';
+import { STRIP_PX, STRIP_S, drawStrip } from './strip.js';
 
 /** @typedef {import('./live.js').Run} Run */
 /** @typedef {import('../../draw/palette.js').Palette} Palette */
@@ -251,7 +252,9 @@ function fluid(surface, colours, run, look) {
   const other = look.peer?.memory?.scale;
   const both = new Scale('m/s');
   both.follow(Math.max(scale.most, other?.most ?? 0), scale.signed || other?.signed === true);
-  const points = now.points.map((list) => {
+  /* what floats is not compared */
+  const compared = now.points.filter((list) => !of.layers[list.layer]?.columns?.includes('z_m'));
+  const points = compared.map((list) => {
     const layer = of.layers[list.layer];
     return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && /surface|height/.test(layer.name) };
   });
@@ -276,41 +279,6 @@ function fluid(surface, colours, run, look) {
 const WIDE_M = 22 /* of the road or the ground that is shown */,
   NARROW_M = 11; /* where errors are of the past, which are small */
 const KEEP_S = 1.5; /* the lens stays on one thing */
-const STRIP_PX = 24,
-  STRIP_S = 6; /* of the past, in a strip */
-
-/** How far off the others were until now, and the mean that the sentence has: a moment is one thing, the mean of runs is another. Both
- * runs have one scale.
- * @param {Surface} surface its whole height @param {Palette} colours @param {Run} run @param {Look} look */
-function strip({ pen, width, height }, colours, run, { peer }) {
-  const { gaps } = run.memory,
-    top = height - STRIP_PX,
-    now = gaps.at(-1)?.t ?? 0,
-    mean = run.row.error[0] ?? 0,
-    most = Math.max(1e-9, mean, peer?.row.error[0] ?? 0, run.memory.high, peer?.memory?.high ?? 0);
-  const words = t('tradeoff.strip', { figure: `${brief(mean)} m`, n: run.row.seeds }),
-    left = widthOf(pen, colours, words, true) + 14,
-    toX = (/** @type {number} */ time) => width - ((now - time) / STRIP_S) * (width - left),
-    toY = (/** @type {number} */ gap) => height - 1 - (gap / most) * (STRIP_PX - 5);
-  pen.fillStyle = colours.paper;
-  pen.fillRect(0, top, width, STRIP_PX);
-  const seen = gaps.filter((/** @type {{t: number}} */ one) => toX(one.t) >= left);
-  if (seen.length === 0) return;
-  pen.beginPath();
-  pen.moveTo(toX(seen[0].t), height);
-  for (const { t: time, gap } of seen) pen.lineTo(toX(time), toY(gap));
-  pen.lineTo(width, height);
-  pen.fillStyle = colours.mark;
-  pen.fill();
-  pen.strokeStyle = colours.markLine;
-  pen.lineWidth = 2;
-  pen.setLineDash([]);
-  pen.beginPath();
-  pen.moveTo(left, toY(mean));
-  pen.lineTo(width, toY(mean));
-  pen.stroke();
-  drawText(pen, colours, words, 8, top + STRIP_PX / 2, { bold: true, colour: colours.markText });
-}
 
 /** The view whose error it is: of the player that the error names. @param {Run} run */
 const viewOf = (run) => 1 + Number(/players\.(\d)/.exec(run.memory?.error ?? '')?.[1] ?? 0);
@@ -436,7 +404,7 @@ function netgame(surface, colours, run, look) {
     memory.since = time;
     memory.most = 0;
   }
-  strip(surface, colours, run, look);
+  drawStrip(surface, colours, run, look.peer);
   const e = drawn[memory.pair],
     there = truth(memory.pair);
   if (!e || !there) return { px: 0, factor: 1 };

@@ -176,7 +176,7 @@ function liveRuns(at) {
     tab = tabName(0),
     fluid = name.kindOf(at.error.scenario) === 'fluid',
     title = t(fluid ? 'tradeoff.live_colours' : name.ownKey('tradeoff.live', at.family));
-  return html`<section class="live" aria-label=${title}><header><h3>${title}</h3>
+  return html`<section class="live" data-scenario=${at.error.scenario} aria-label=${title}><header><h3>${title}</h3>
     ${fluid ? nothing : html`<small>${t(name.ownKey('tradeoff.dashed', at.family))}</small>`}</header>${scene(at, 0)}${scene(at, 1)}
     <p class="do">${row ? liveLink(row, tab === '' ? t('tradeoff.open') : t('tradeoff.open_in', { tab }), 'main') : nothing}
     <button type="button" id="again" @click=${() => again()}><svg class="icon" viewBox="0 0 12 12" aria-hidden="true"><path
