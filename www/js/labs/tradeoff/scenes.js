@@ -112,7 +112,7 @@ function plane(surface, colours, run, look) {
   const last = (exact[0]?.length ?? 1) - 1,
     far = Math.hypot((own[0]?.[last] ?? 0) - (exact[0]?.[last] ?? 0), (own[1]?.[last] ?? 0) - (exact[1]?.[last] ?? 0));
   const factor = factorOf(far * scale),
-    text = brief(far);
+    text = t('tradeoff.at_end', { figure: brief(far) });
   const shown = run.state === 'done' ? factor : 0;
   const px = compare(surface, colours, { drawn, real }, { text, fill: look.fill, at: 0, factor: shown });
   return { px: run.state === 'done' ? px : 0, factor };
