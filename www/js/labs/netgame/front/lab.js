@@ -11,7 +11,7 @@ import { door } from '../../../lessons/lessons.js';
 import { entitiesOf } from '../core/frame.js';
 import { meter, modeOf, read } from './felt.js';
 import * as opponent from './opponent.js';
-import { driven, held, keyDown, keyUp, letGo } from './pedals.js';
+import { changes, driven, keyDown, keyUp, letGo } from './pedals.js';
 import { age, line, measured, race, settings } from './race.js';
 import { cameraOf, drawScene, forget, remember } from './scene.js';
 
@@ -29,6 +29,7 @@ function begin(fresh) {
   Object.assign(meters, { of: meter(), age: 0, time: 0 });
   measured.value = { felt: {}, last: null };
   Object.assign(driven, { at: 0, resting: false });
+  changes.length = 0;
   opponent.forget();
   forget();
 }
@@ -38,8 +39,7 @@ function take(now) {
   remember(now);
   const sums = now.measures[0],
     view = now.views[1];
-  if (sums && read(meters.of, sums, settings(), held.peek().ahead || held.peek().back))
-    measured.value = { felt: meters.of.reading, last: meters.of.last };
+  if (sums && read(meters.of, sums, settings(), changes, now.time_s)) measured.value = { felt: meters.of.reading, last: meters.of.last };
   if (!view) return;
   const span = now.time_s - meters.time;
   meters.age += (view.view_age_ms / 1000 - meters.age) * (span > 0 && span < 1 ? 1 - Math.exp(-span / MEAN_S) : 1);
@@ -57,17 +57,21 @@ function rest(now) {
   control({ op: 'pause' });
 }
 
-/** What the line is about, as it is drawn: the own car and where it truly is; at last the other. @param {Frame} now */
-function point(now) {
+const SEEN_PX = 40; /* a gap that is smaller has no number yet: it would not be seen */
+
+/** What the line is about, as it is drawn: the own car and where it truly is; at last the other. @param {Frame} now
+ * @param {import('./scene.js').Camera} camera */
+function point(now, camera) {
   const { key } = line(),
     other = key.startsWith('stays') ? 1 : 0,
     drawn = entitiesOf(now, 1)[other],
     truth = entitiesOf(now, 0)[other];
   const gap = drawn && truth ? truth.x - drawn.x : 0,
+    px = (gap * meters.width) / camera.wide,
     m = fixed(gap, 1);
   const narrow = meters.width < NARROW_PX ? '.short' : '';
   const label = other === 1 ? t('front.gap.age', { m, s: fixed(age.value, 2) }) : t(`front.gap.behind${narrow}`, { m });
-  const seen = gap > 0.3 && (other === 1 || modeOf(settings()) !== 'both');
+  const seen = px >= SEEN_PX && (other === 1 || modeOf(settings()) !== 'both');
   if (!seen) shows.value = null;
   else if (shows.peek()?.label !== label || shows.peek()?.from !== `nose_${other}`)
     shows.value = { view: 'player_0', from: `nose_${other}`, to: `true_nose_${other}`, along: 'x', label };
@@ -77,7 +81,7 @@ function point(now) {
 function draw(now) {
   const canvases = /** @type {NodeListOf<HTMLCanvasElement>} */ (document.querySelectorAll('.drive canvas'));
   const camera = cameraOf(now, meters.width, settings().lag, modeOf(settings()) === 'both');
-  point(now);
+  point(now, camera);
   for (const canvas of canvases) drawScene(canvas, now, camera, (width) => (meters.width = width));
 }
 

@@ -5,9 +5,9 @@ import { push } from '../lab/drive.js';
 /** @typedef {import('../../../stream/frame.js').Frame} Frame */
 
 const B = 1;
-const FRIEND_S = 8; /* after a friend's last key B is the computer's again */
-const APART_M = 1.6,
-  EACH_S = 7; /* from behind to ahead and back */
+const FRIEND_S = 3; /* after a friend's last key B is the computer's again */
+export const APART_M = 1.6;
+const EACH_S = 7; /* from behind to ahead and back */
 const FAST_MPS = 0.4; /* of difference that a metre of distance is worth a correction */
 
 let friend = -Infinity; /* s, of the session: when a friend last pressed */

@@ -8,7 +8,7 @@ import { lesson, locked, params } from '../../../session/state.js';
 import { icons } from '../../../workbench/icons.js';
 import { mark } from '../../../workbench/player_mark.js';
 import { START } from './start.js';
-import { lineOf } from './felt.js';
+import { lineOf, valid } from './felt.js';
 import { held, hold } from './pedals.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -33,6 +33,9 @@ export const line = () => lineOf(measured.value.felt, settings(), FIRST_MS);
 
 const SECONDS = 2; /* digits after the point */
 
+/** As the driver knows it. @param {'ahead' | 'back'} way */
+const nameOf = (way) => (held.value.by === 'pads' ? t(way === 'ahead' ? 'front.go' : 'front.brake') : way === 'ahead' ? '→' : '←');
+
 /** @returns {Template} */
 function said() {
   const { key, done } = line(),
@@ -42,8 +45,10 @@ function said() {
     s: fixed(last?.latency ?? 0, SECONDS),
     lag: fixed(lag, 0),
     age: fixed(age.value, SECONDS),
-    key: held.value.by === 'pads' ? t('front.go') : '→',
+    key: nameOf('ahead'),
+    held: nameOf(last?.way || 'ahead'),
   };
+  const again = t(held.value.ahead || held.value.back ? 'front.release' : 'front.hold', values);
   const next = key.startsWith('stays')
     ? html` <a href=${writeLesson({ id: 'in_the_past', step: 1, lang: lesson.value?.lang ?? '' })}>${t('front.why')}</a>`
     : nothing;
@@ -52,7 +57,7 @@ function said() {
     (one, i) => html`<li data-done=${one ? 'yes' : 'no'} aria-hidden="true">${one ? icons.done : i + 1}</li>`,
   )}</ol>
     <div role="status" aria-live="polite" id="front-line" data-line=${key}><p>${t(`front.${key}.was`, values)}</p>
-      <p class="do">${t(`front.${key}.do`, values)}${next}</p></div>`;
+      <p class="do">${t(`front.${key}.do`, { ...values, again })}${next}</p></div>`;
 }
 
 /** @param {'prediction' | 'reconciliation'} name @param {string} key of its words @param {boolean} lit @param {boolean} off
@@ -96,7 +101,7 @@ const screen = (view, head) => html`<section class="screen" data-of=${view === 0
 export function race() {
   const { lit } = line(),
     { predict, correct } = settings(),
-    { last } = measured.value;
+    last = valid(measured.value.last, settings());
   const answered = html`<span class="answer"><span>${t('front.answered')}</span> <output id="front-latency">${
     last === null ? '–' : `${fixed(last.latency, SECONDS)} s`
   }</output> <span class="late">${t('front.answered.short')}</span></span>`;

@@ -5,10 +5,12 @@ import { HIGH, LONG, drawCar, drawCarGhost } from '../../../draw/cars.js';
 import { drawText, widthOf } from '../../../draw/marks.js';
 import { paintOf, palette } from '../../../draw/palette.js';
 import { drawBand, drawPosts, place, shows } from '../../../draw/shown.js';
-import { localized } from '../../../base/format.js';
+import { fixed, localized } from '../../../base/format.js';
 import { t } from '../../../base/words.js';
 import { surfaceOf } from '../../../workbench/canvas.js';
 import { entitiesOf } from '../core/frame.js';
+import { APART_M } from './opponent.js';
+import { START } from './start.js';
 
 /** @typedef {import('../../../stream/frame.js').Frame} Frame */
 /** @typedef {import('../../../draw/palette.js').Palette} Palette */
@@ -21,6 +23,9 @@ const CAR_M = 4,
   PX_PER_M = 30,
   LEAST_M = 14,
   MOST_M = 30; /* so that 2 m are 40 px on a phone too */
+const TOP_MPS = Number(START.set['params.top_speed_mps']),
+  TICK_S = 0.05; /* more than a packet needs: the server's steps */
+const GAP_PX = 48; /* of the gap at top speed: it is to be seen */
 const FOLLOW_S = 0.2; /* how far the camera is behind: a car that starts is seen to move */
 const BEHIND = 0.24,
   BEHIND_LEAD = 0.44; /* of the width, where the own car stands at rest */
@@ -28,7 +33,7 @@ const FAR_PX = 12; /* a ghost that is nearer says nothing */
 const TRAIL_S = 0.75,
   DOT_S = 0.12;
 
-let follows = { x: 0, behind: BEHIND, time: -1, generation: -1 };
+let follows = { x: 0, wide: MOST_M, behind: BEHIND, time: -1, generation: -1 };
 /** Where cars were: of view 0 and 1, at equal times. @type {{t: number, xs: number[][]}[]} */
 let past = [];
 /** @type {Frame | null} */
@@ -36,7 +41,7 @@ let last = null;
 
 /** What was seen of another session. */
 export function forget() {
-  follows = { x: 0, behind: BEHIND, time: -1, generation: -1 };
+  follows = { x: 0, wide: MOST_M, behind: BEHIND, time: -1, generation: -1 };
   past = [];
   last = null;
 }
@@ -57,17 +62,27 @@ export function remember(frame) {
   while ((past[0]?.t ?? frame.time_s) < frame.time_s - TRAIL_S) past.shift();
 }
 
-/** Of all views of a frame. @param {Frame} frame @param {number} width px @param {number} lag ms
- * @param {boolean} leads whether the own car is ahead of the truth, which is to be seen too @returns {Camera} */
+/** Of all views of a frame: as near as the gap of this lag wants, and as far as it wants room. @param {Frame} frame
+ * @param {number} width px @param {number} lag ms
+ * @param {boolean} leads whether the own car is ahead of the truth, which is to be seen too: then the other is older still
+ * @returns {Camera} */
 export function cameraOf(frame, width, lag, leads) {
   const own = entitiesOf(frame, 1)[0]?.x ?? 0,
-    wide = Math.max(LEAST_M, Math.min(MOST_M, width / PX_PER_M), CAR_M + 2.6 * 13 * (lag / 1000 + 0.05));
+    way = TOP_MPS * (lag / 1000 + TICK_S) /* that is driven while a packet is on its way */,
+    back = leads ? 2 * way + APART_M + CAR_M : 0 /* where the other is drawn at most */,
+    near = Math.max(LEAST_M, (width * way) / GAP_PX),
+    wide = Math.max(Math.min(MOST_M, width / PX_PER_M, near), LEAST_M, CAR_M + 2.6 * way, back + 2 * CAR_M);
   const jumped = frame.session.generation !== follows.generation || frame.time_s < follows.time;
   const part = jumped ? 1 : 1 - Math.exp((follows.time - frame.time_s) / FOLLOW_S);
-  follows = { ...follows, x: follows.x + (own - follows.x) * part, time: frame.time_s, generation: frame.session.generation };
-  const behind = leads ? BEHIND_LEAD : BEHIND;
-  follows.behind += (behind - follows.behind) * part;
-  return { left: follows.x - wide * follows.behind, wide };
+  const behind = leads ? Math.max(BEHIND_LEAD, back / wide) : BEHIND;
+  follows = {
+    x: follows.x + (own - follows.x) * part,
+    wide: follows.wide + (wide - follows.wide) * part,
+    behind: follows.behind + (behind - follows.behind) * part,
+    time: frame.time_s,
+    generation: frame.session.generation,
+  };
+  return { left: follows.x - follows.wide * follows.behind, wide: follows.wide };
 }
 
 /** @param {Scene} of */
@@ -125,6 +140,10 @@ function beside({ pen, colours, width }, text, x, y) {
   if (x + widthOf(pen, colours, text) < width - 6) drawText(pen, { ...colours, paper: colours.road }, text, x, y, { colour: colours.ink });
 }
 
+/** B is too far behind to be seen: where. @param {Scene} of @param {number} gap m @param {number} y */
+const away = ({ pen, colours }, gap, y) =>
+  drawText(pen, { ...colours, paper: colours.road }, t('front.away', { m: fixed(gap, 0) }), 12, y, { colour: colours.ink });
+
 /** @param {Scene} of @param {number} i @param {() => void} draw */
 function inLane({ pen, width, top, lane }, i, draw) {
   pen.save();
@@ -178,6 +197,7 @@ export function drawScene(canvas, frame, camera, report) {
     const x = of.toX(car.x),
       y = rowOf(i),
       true_x = of.toX(truth[i]?.x ?? 0);
+    if (i === 1 && x < -of.half) away(of, Math.round((cars[0]?.x ?? 0) - car.x), y);
     trail(of, i, x, y);
     if (view > 0) drawCarGhost(pen, colours, i, true_x, y, size);
     drawCar(pen, colours, i, x, y, size);
