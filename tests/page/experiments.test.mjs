@@ -71,6 +71,13 @@ const specification = async (page) =>
 const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.hash)?.[1]);
 /** @param {import('playwright-core').Page} page */
 const done = (page) => page.locator('[data-state="done"]').waitFor();
+/** Runs what the form says, to its end: what was shown before is done, too. @param {import('playwright-core').Page} page */
+async function run(page) {
+  const before = await shownId(page);
+  await page.locator('#run').click();
+  await until(async () => (await shownId(page)) !== before, 'the address has what was begun');
+  await done(page);
+}
 /** @param {import('playwright-core').Page} page @param {string} name */
 const column = async (page, name) => {
   const place = await page
@@ -214,8 +221,7 @@ test('the until rule: written, estimated, refused at its fields, run, and edited
     await page.locator('.until').innerText(),
   );
   await counted(page);
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   await page.locator('tr[data-point="4"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   await settles(
@@ -283,8 +289,7 @@ test('windows: by time, while a condition holds, renamed, refused at its fields,
   assert.deepEqual(order.windows, windows);
   await counted(page);
   await page.locator('#wrong-windows-0').waitFor({ state: 'detached' });
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   await page.locator('tr[data-point="1"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   assert.deepEqual(
@@ -319,8 +324,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
     async () => (await specification(page)).front,
     metrics.filter((/** @type {string} */ path) => wanted.includes(path)),
   );
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   await page.locator('tr[data-point="19"]').waitFor();
   const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
   const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
@@ -354,8 +358,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   assert.deepEqual(lhs.sample, { method: 'lhs', count: 24, seed: 7 });
   assert.equal(lhs.axes[0].count, 4);
   assert.equal('count' in lhs.axes[1], false, 'any value');
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   await page.locator('tr[data-point="23"]').waitFor();
   const lags = (await column(page, 'players.0.lag_ms')).map(Number);
   assert.deepEqual(
@@ -475,8 +478,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   await counted(page);
   await reads(estimate(page), /^20 runs of 20 points/);
   const order = await specification(page);
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   const id = await shownId(page);
   await settles(() => page.locator('[data-way]').getAttribute('data-way'), 'stream');
   await page.locator('tr[data-point="19"]').waitFor();
@@ -594,8 +596,7 @@ test('pause, resume and cancel, and what a reader may not; without a stream it a
 
 test('a pointer picks a point, and opens it when it picks it again', async () => {
   const { page, close } = await open();
-  await page.locator('#run').click();
-  await done(page);
+  await run(page);
   await page.locator('tr[data-point="4"]').waitFor();
   await page.focus('#scatter-box');
   await page.keyboard.press('ArrowRight');
@@ -650,8 +651,7 @@ for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 7
     assert.deepEqual(await axe(page), [], 'an error');
     await page.locator('[data-axis="0.values"]').fill('0, 100, 200');
     await counted(page);
-    await page.locator('#run').click();
-    await done(page);
+    await run(page);
     await page.locator('tr[data-point="2"] th').click();
     assert.deepEqual(await axe(page), [], 'results');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
