@@ -108,7 +108,8 @@ test('prediction without reconciliation snaps; with it, in a separate lane, noth
 });
 
 test('interpolation draws the other between two snapshots and shows α', async () => {
-  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.interpolation:true&set=server.update_hz:10`);
+  // 12 snapshots a second: a display of 20 Hz then shows five different places between two.
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.interpolation:true&set=server.update_hz:12`);
   // The frame and what had arrived by then, in one question: the page goes on meanwhile.
   const look = () =>
     page.evaluate(() => {
