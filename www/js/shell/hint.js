@@ -18,7 +18,7 @@ export function used() {
 export function hint() {
   const key = lab.value?.hint?.() ?? '';
   if (key === '' || readOnly.value || done.value.has(layout.value?.game ?? '')) return nothing;
-  return html`<p class="todo" id="hint"><span class="by-key">${t(`hint.${key}`)}</span>
+  return html`<p class="howto" id="hint"><span class="by-key">${t(`hint.${key}`)}</span>
     <span class="by-touch">${t(`hint.${key}.touch`)}</span></p>`;
 }
 
